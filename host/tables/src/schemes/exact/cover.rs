@@ -420,11 +420,6 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    /// The functions of every variable.
-    pub fn bases(&self) -> &[Basis] {
-        &self.bases
-    }
-
     /// The same, with everything that its tables are sampled from.
     pub fn found<'a>(
         &'a self,

@@ -5,6 +5,7 @@ use super::basis::Basis;
 use super::structure::{Function, Merged, Structure, Term};
 use super::variables::Variable;
 use crate::cost::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
+use std::collections::BTreeMap;
 use trueaxis_model::machine::PerAxis;
 
 /// Terms that others replace.
@@ -25,28 +26,37 @@ impl Edit {
     }
 }
 
-/// How often a structure uses each table, in the order of the tables.
-pub struct Uses(Vec<((usize, Function), i32)>);
+/// How often a structure uses each table.
+#[derive(Default)]
+pub struct Uses(BTreeMap<(usize, Function), i32>);
 
 impl Uses {
     pub fn new(structure: &Structure) -> Self {
-        let factors = structure.terms.iter().flat_map(|t| t.factors.iter());
-        let mut factors: Vec<(usize, Function)> = factors.copied().collect();
-        factors.sort_unstable();
-        let same = factors.chunk_by(|a, b| a == b);
-        Self(same.map(|uses| (uses[0], uses.len() as i32)).collect())
+        let mut uses = Self::default();
+        for term in &structure.terms {
+            uses.count(term, 1);
+        }
+        uses
+    }
+
+    fn count(&mut self, term: &Term, change: i32) {
+        for table in &term.factors {
+            *self.0.entry(*table).or_insert(0) += change;
+        }
     }
 
     fn of(&self, table: &(usize, Function)) -> i32 {
-        let place = self.0.binary_search_by(|(known, _)| known.cmp(table));
-        place.map_or(0, |place| self.0[place].1)
+        self.0.get(table).copied().unwrap_or(0)
     }
 
-    /// True if some table is used no more once `one` has lost its tables of a variable, and `other` all of its own.
-    pub fn ends_with(&self, one: &Term, variable: usize, other: &Term) -> bool {
-        let own = one.factors.iter().filter(|(v, _)| *v == variable);
-        let gone = || own.clone().chain(&other.factors);
-        gone().any(|table| self.of(table) == gone().filter(|g| *g == table).count() as i32)
+    /// Follows an edit that is about to be made.
+    pub fn follow(&mut self, structure: &Structure, edit: &Edit) {
+        for (place, new) in &edit.terms {
+            self.count(&structure.terms[*place], -1);
+            if let Some(new) = new {
+                self.count(new, 1);
+            }
+        }
     }
 }
 
@@ -64,13 +74,6 @@ fn cost_of_table((v, _): (usize, Function), variables: &[Variable]) -> f64 {
 }
 
 impl Structure {
-    /// Estimated instructions.
-    pub fn cost(&self, variables: &[Variable]) -> f64 {
-        let terms: f64 = self.terms.iter().map(cost_of_term).sum();
-        let tables = self.tables().into_iter();
-        terms + tables.map(|t| cost_of_table(t, variables)).sum::<f64>()
-    }
-
     /// True if an edit saves instructions and adds no tables, which are scarce on a target.
     pub fn is_cheaper_with(&self, edit: &Edit, uses: &Uses, variables: &[Variable]) -> bool {
         let mut cost = 0.0;
@@ -136,7 +139,7 @@ impl Spare {
 
     /// True if a part with this peak can still be left out of an output.
     pub fn has(&self, output: usize, peak: f64) -> bool {
-        self.has_all(&[(output, peak)])
+        2.0 * (self.squares[output].max(0.0) + peak * peak).sqrt() <= self.share
     }
 
     /// True if all of these parts can be left out.

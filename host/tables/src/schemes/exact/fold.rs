@@ -165,7 +165,7 @@ impl Structure {
             let basis = &bases[generator.0];
             let by = basis.at_nodes(&unit(k, basis.len()));
             for &(v, kept) in tables {
-                if let Some(coefficients) = self.coefficients(v, kept, bases) {
+                if let Some(coefficients) = self.coefficients(kept, basis) {
                     let other = basis.at_nodes(&coefficients);
                     let values = other.iter().zip(&by).map(|(a, by)| a * by).collect();
                     products.push(([generator, (v, kept)], Curve::new(values)));
@@ -241,10 +241,10 @@ impl Structure {
     }
 
     /// A function as coefficients over its variable's basis.
-    fn coefficients(&self, v: usize, function: Function, bases: &[Basis]) -> Option<Vec<f64>> {
+    fn coefficients(&self, function: Function, basis: &Basis) -> Option<Vec<f64>> {
         match function {
             Function::Merged(id) => Some(self.merged[id].coefficients.clone()),
-            Function::Numeric(k) => Some(unit(k, bases[v].len())),
+            Function::Numeric(k) => Some(unit(k, basis.len())),
             Function::Generator(_) | Function::Sign => None,
         }
     }
@@ -264,51 +264,79 @@ struct Part {
     curve: Curve,
 }
 
-impl Part {
-    fn new(coefficients: Vec<f64>, basis: &Basis) -> Self {
-        Self {
-            curve: Curve::new(basis.at_nodes(&coefficients)),
-            coefficients,
-        }
+/// The functions of one variable that terms have, the constant first, and how well each approximates each other one.
+struct Parts<'a> {
+    basis: &'a Basis,
+    parts: Vec<Part>,
+    /// The factor and the residual, by the number of the approximating function and that of the other one.
+    nearest: Vec<Vec<(f64, f64)>>,
+}
+
+impl<'a> Parts<'a> {
+    fn new(basis: &'a Basis) -> Self {
+        let mut constant = Self {
+            basis,
+            parts: Vec::new(),
+            nearest: Vec::new(),
+        };
+        constant.number(unit(0, basis.len()));
+        constant
     }
 
-    /// [`Curve::nearest`]: often the functions are the same.
-    fn nearest(&self, other: &Self) -> (f64, f64) {
-        match self.coefficients == other.coefficients && self.curve.peak > 0.0 {
+    /// The number of a function, which is added if it is new.
+    fn number(&mut self, coefficients: Vec<f64>) -> usize {
+        let is_it = |part: &Part| part.coefficients == coefficients;
+        if let Some(number) = self.parts.iter().position(is_it) {
+            return number;
+        }
+        let curve = Curve::new(self.basis.at_nodes(&coefficients));
+        for (part, nearest) in self.parts.iter().zip(&mut self.nearest) {
+            nearest.push(part.curve.nearest(&curve));
+        }
+        let to_others = self.parts.iter().map(|part| curve.nearest(&part.curve));
+        let itself = match curve.peak > 0.0 {
             true => (1.0, 0.0),
-            false => self.curve.nearest(&other.curve),
-        }
+            false => curve.nearest(&curve),
+        };
+        self.nearest.push(to_others.chain([itself]).collect());
+        self.parts.push(Part {
+            coefficients,
+            curve,
+        });
+        self.parts.len() - 1
     }
 
-    fn constant(basis: &Basis) -> Self {
-        Self::new(unit(0, basis.len()), basis)
+    fn peak(&self, number: usize) -> f64 {
+        self.parts[number].curve.peak
     }
 }
 
-/// A term as the product of one function of each variable. Variables without one are constant.
+/// A term as the product of one function of each variable.
 struct Separated {
     output: usize,
     weight: f64,
-    parts: Vec<Option<Part>>,
+    /// The largest possible contribution.
+    peak: f64,
+    /// Numbers of [`Parts`], one for each variable.
+    parts: Vec<usize>,
 }
 
 /// Two terms, by their numbers, that can become one along a variable: the weight of the second one's function, and
-/// the change. The sum is no multiple of the first merged tables, as many as were compared.
+/// the change.
 struct Pair {
     error: f64,
     one: usize,
     other: usize,
     variable: usize,
     weight: f64,
-    compared: usize,
 }
 
 /// Pairs of terms, kept while terms are added up: a sum changes only the pairs of its own term. A term keeps its number
 /// when others are removed.
 struct Sums<'a> {
     variables: &'a [Variable],
-    bases: &'a [Basis],
-    constants: Vec<Part>,
+    /// One for each variable.
+    parts: Vec<Parts<'a>>,
     /// Terms by number; `None` if the bases do not contain all functions of one.
     products: Vec<Option<Separated>>,
     /// The numbers of the remaining terms, in their order.
@@ -318,28 +346,33 @@ struct Sums<'a> {
 }
 
 impl Structure {
-    /// Adds up pairs of terms as long as that is cheaper and fits into the spare tolerance, the smallest change first.
+    /// Adds up pairs of terms as long as that is cheaper and fits into the spare tolerance. In each round, the smallest
+    /// change goes first, and a term takes part in no more than one sum.
     pub fn add_up(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) {
         let mut sums = Sums::new(self, variables, bases, spare);
-        while let Some((edit, one, other)) = sums.best(self, spare) {
-            self.make(edit, spare);
-            sums.follow(self, one, other, spare);
+        loop {
+            let changed = sums.round(self, spare);
+            if !changed.contains(&true) {
+                break;
+            }
+            sums.follow(self, &changed, spare);
         }
     }
 
     /// `None` if the bases do not contain all functions of the term.
-    fn product(&self, term: &Term, bases: &[Basis]) -> Option<Separated> {
-        let mut parts: Vec<Option<Part>> = bases.iter().map(|_| None).collect();
+    fn product(&self, term: &Term, parts: &mut [Parts<'_>]) -> Option<Separated> {
+        let bases: Vec<&Basis> = parts.iter().map(|parts| parts.basis).collect();
+        let mut numbers = vec![0; parts.len()];
         let mut generators: BTreeMap<usize, Vec<Generator>> = BTreeMap::new();
         let mut put = |v: usize, coefficients: Vec<f64>| {
-            let part = Part::new(coefficients, &bases[v]);
-            parts[v].replace(part).is_none().then_some(())
+            let before = std::mem::replace(&mut numbers[v], parts[v].number(coefficients));
+            (before == 0).then_some(())
         };
         for &(v, function) in &term.factors {
             match function {
                 Function::Generator(g) => generators.entry(v).or_default().push(g),
                 Function::Sign => put(v, unit(1, bases[v].len()))?,
-                _ => put(v, self.coefficients(v, function, bases)?)?,
+                _ => put(v, self.coefficients(function, bases[v])?)?,
             }
         }
         for (v, mut product) in generators {
@@ -352,10 +385,12 @@ impl Structure {
             let k = bases[v].products.iter().position(is_it)?;
             put(v, unit(k, bases[v].len()))?;
         }
+        let peaks = numbers.iter().zip(parts).map(|(k, parts)| parts.peak(*k));
         Some(Separated {
             output: term.output,
             weight: term.weight,
-            parts,
+            peak: peaks.product::<f64>() * term.weight.abs(),
+            parts: numbers,
         })
     }
 }
@@ -367,30 +402,34 @@ impl<'a> Sums<'a> {
         bases: &'a [Basis],
         spare: &Spare,
     ) -> Self {
-        let of_term = |term| structure.product(term, bases);
-        let products = parallel::map(&structure.terms, of_term);
         let mut sums = Self {
             variables,
-            bases,
-            constants: bases.iter().map(Part::constant).collect(),
-            numbers: (0..products.len()).collect(),
-            products,
+            parts: bases.iter().map(Parts::new).collect(),
+            products: Vec::new(),
+            numbers: (0..structure.terms.len()).collect(),
             pairs: Vec::new(),
         };
-        let of_one = |&one: &usize| {
-            let mut pairs = Vec::new();
-            for &other in &sums.numbers {
-                sums.compare(one, other, spare, &mut pairs);
-            }
-            pairs
-        };
-        let pairs = parallel::map(&sums.numbers, of_one);
-        sums.pairs = pairs.into_iter().flatten().collect();
-        sums.sort();
+        for term in &structure.terms {
+            let product = structure.product(term, &mut sums.parts);
+            sums.products.push(product);
+        }
+        sums.add_pairs(&vec![true; structure.terms.len()], spare);
         sums
     }
 
-    fn sort(&mut self) {
+    /// Adds the pairs of which at least one term is new.
+    fn add_pairs(&mut self, is_new: &[bool], spare: &Spare) {
+        let of_one = |&one: &usize| {
+            let mut pairs = Vec::new();
+            for &other in &self.numbers {
+                if is_new[one] || is_new[other] {
+                    self.compare(one, other, spare, &mut pairs);
+                }
+            }
+            pairs
+        };
+        let pairs = parallel::map(&self.numbers, of_one);
+        self.pairs.extend(pairs.into_iter().flatten());
         let place = |p: &Pair| (p.one, p.other, p.variable);
         let order = |a: &Pair, b: &Pair| a.error.total_cmp(&b.error).then(place(a).cmp(&place(b)));
         self.pairs.sort_by(order);
@@ -411,109 +450,102 @@ impl<'a> Sums<'a> {
         if one == other || sum.output != added.output {
             return;
         }
-        let both = || {
-            let functions = sum.parts.iter().zip(&added.parts);
-            let each = functions.zip(&self.constants).enumerate();
-            let used = each.filter(|(_, ((a, b), _))| a.is_some() || b.is_some());
-            used.map(|(v, ((a, b), c))| (v, a.as_ref().unwrap_or(c), b.as_ref().unwrap_or(c)))
-        };
-        let whole: f64 = both().map(|(_, _, b)| b.curve.peak).product::<f64>() * added.weight.abs();
         // For each variable: the ratio of `other`'s function to `one`'s, and the change if they count as proportional.
-        let mut compared: Vec<(usize, f64, f64)> = Vec::with_capacity(sum.parts.len());
-        let mut different = 0;
-        for (v, a, b) in both() {
-            let (weight, rest) = a.nearest(b);
-            let error = whole * rest / b.curve.peak;
-            different += usize::from(!spare.has(sum.output, error));
-            if different > 1 {
-                return;
-            }
-            compared.push((v, weight, error));
+        let each = || {
+            let parts = sum.parts.iter().zip(&added.parts).zip(&self.parts);
+            let used = parts.enumerate().filter(|(_, ((a, b), _))| **a + **b > 0);
+            used.map(|(v, ((a, b), parts))| {
+                let (weight, rest) = parts.nearest[*a][*b];
+                (v, weight, added.peak * rest / parts.peak(*b))
+            })
+        };
+        let mut different = each().filter(|(.., error)| !spare.has(sum.output, *error));
+        if different.nth(1).is_some() {
+            return;
         }
-        for &(variable, ..) in &compared {
-            let elsewhere = || compared.iter().filter(move |c| c.0 != variable);
+        for (variable, ..) in each() {
+            let elsewhere = || each().filter(move |(v, ..)| *v != variable);
             // Without a sign, which an empty sum has: zeros are equal.
-            let error = elsewhere().map(|c| c.2).sum::<f64>().abs();
+            let error = elsewhere().map(|(.., error)| error).sum::<f64>().abs();
             if self.variables[variable].merges() && spare.has(sum.output, error) {
-                let weight = added.weight * elsewhere().map(|c| c.1).product::<f64>();
                 pairs.push(Pair {
                     error,
                     one,
                     other,
                     variable,
-                    weight,
-                    compared: 0,
+                    weight: added.weight * elsewhere().map(|(_, w, _)| w).product::<f64>(),
                 });
             }
         }
     }
 
-    /// The sum with the smallest change that is cheaper, and the numbers of its terms.
-    fn best(&mut self, structure: &Structure, spare: &Spare) -> Option<(Edit, usize, usize)> {
-        let uses = Uses::new(structure);
-        // What does not fit into the spare tolerance never will.
-        let products = &self.products;
-        let output = |number: usize| products[number].as_ref().map(|product| product.output);
-        self.pairs
-            .retain(|pair| output(pair.one).is_some_and(|output| spare.has(output, pair.error)));
-        for i in 0..self.pairs.len() {
-            let pair = &self.pairs[i];
+    /// Makes the sums that are cheaper, the smallest change first. Returns, by number, which terms are gone or another
+    /// one.
+    fn round(&mut self, structure: &mut Structure, spare: &mut Spare) -> Vec<bool> {
+        let mut uses = Uses::new(structure);
+        let mut changed = vec![false; self.products.len()];
+        for pair in std::mem::take(&mut self.pairs) {
+            if changed[pair.one] || changed[pair.other] {
+                continue;
+            }
             let places = [pair.one, pair.other].map(|number| self.place(number));
-            let [one, other] = places.map(|place| &structure.terms[place]);
-            // A sum that is known to need a table of its own adds one, unless another one ends.
-            let mut since = structure.merged[pair.compared..].iter();
-            if pair.compared > 0
-                && !since.any(|table| table.variable == pair.variable)
-                && !uses.ends_with(one, pair.variable, other)
-            {
+            let output = structure.terms[places[0]].output;
+            // What does not fit into the spare tolerance never will.
+            if !spare.has(output, pair.error) {
                 continue;
             }
-            let errors = vec![(one.output, pair.error)];
-            let (sum, merged) = self.sum(structure, pair)?;
-            // A table may become a product of several.
-            if sum.factors.len() > trueaxis::FACTORS {
+            let Some((sum, merged)) = self.sum(structure, &pair) else {
                 continue;
-            }
-            let edit = Edit {
-                errors,
-                terms: vec![(places[0], Some(sum)), (places[1], None)],
-                merged,
             };
-            if structure.is_cheaper_with(&edit, &uses, self.variables) {
-                return Some((edit, pair.one, pair.other));
+            // A table may become a product of several.
+            if sum.factors.len() <= trueaxis::FACTORS {
+                let edit = Edit {
+                    errors: vec![(output, pair.error)],
+                    terms: vec![(places[0], Some(sum)), (places[1], None)],
+                    merged,
+                };
+                if structure.is_cheaper_with(&edit, &uses, self.variables) {
+                    uses.follow(structure, &edit);
+                    structure.make(edit, spare);
+                    self.numbers.remove(places[1]);
+                    (changed[pair.one], changed[pair.other]) = (true, true);
+                    continue;
+                }
             }
-            if edit.merged.is_some() {
-                self.pairs[i].compared = structure.merged.len();
-            }
+            self.pairs.push(pair);
         }
-        None
+        changed
     }
 
     /// The sum of two terms, and its table if it does not exist yet.
     fn sum(&self, structure: &Structure, pair: &Pair) -> Option<(Term, Option<Merged>)> {
         let v = pair.variable;
+        let Parts { basis, parts, .. } = &self.parts[v];
         let term = &structure.terms[self.place(pair.one)];
         let one = self.products[pair.one].as_ref()?;
         let other = self.products[pair.other].as_ref()?;
-        let constant = &self.constants[v];
-        let [a, b] = [one, other].map(|p| &p.parts[v].as_ref().unwrap_or(constant).coefficients);
+        let [a, b] = [one, other].map(|product| &parts[product.parts[v]].coefficients);
         let both = a.iter().zip(b);
         let sum: Vec<f64> = both
             .map(|(a, b)| term.weight * a + pair.weight * b)
             .collect();
         let mut factors = term.factors.clone();
         factors.retain(|(w, _)| *w != v);
-        let products = &self.bases[v].products;
         let only = |k: usize| sum.iter().enumerate().all(|(i, c)| i == k || *c == 0.0);
         let mut merged = None;
-        let weight = if let Some(k) = (0..products.len()).find(|k| only(*k)) {
-            factors.extend(products[k].iter().map(|g| (v, Function::Generator(*g))));
+        let weight = if let Some(k) = (0..basis.products.len()).find(|k| only(*k)) {
+            factors.extend(
+                basis.products[k]
+                    .iter()
+                    .map(|g| (v, Function::Generator(*g))),
+            );
             sum[k]
         } else {
-            let elsewhere = one.parts.iter().enumerate().filter(|(w, _)| *w != v);
-            let others = elsewhere.filter_map(|(_, part)| Some(part.as_ref()?.curve.peak));
-            let first = pair.compared;
-            let known = structure.multiple(first, v, &sum, self.bases, others.product());
+            let elsewhere = one.parts.iter().zip(&self.parts).enumerate();
+            let others = elsewhere
+                .filter(|(w, _)| *w != v)
+                .map(|(_, (a, parts))| parts.peak(*a));
+            let known = structure.multiple(v, &sum, basis, others.product());
             let (id, weight) = match known {
                 Some(known) => known,
                 None => {
@@ -535,22 +567,19 @@ impl<'a> Sums<'a> {
         Some((term, merged))
     }
 
-    /// Follows a sum that was made: `other` was added to `one`.
-    fn follow(&mut self, structure: &Structure, one: usize, other: usize, spare: &Spare) {
-        self.numbers.retain(|number| *number != other);
-        self.products[other] = None;
-        let sum = &structure.terms[self.place(one)];
-        self.products[one] = structure.product(sum, self.bases);
-        let is_changed = |number: usize| [one, other].contains(&number);
+    /// Follows sums that were made.
+    fn follow(&mut self, structure: &Structure, changed: &[bool], spare: &Spare) {
         self.pairs
-            .retain(|pair| !is_changed(pair.one) && !is_changed(pair.other));
-        let mut pairs = Vec::new();
-        for &number in &self.numbers {
-            self.compare(one, number, spare, &mut pairs);
-            self.compare(number, one, spare, &mut pairs);
+            .retain(|pair| !changed[pair.one] && !changed[pair.other]);
+        for (product, _) in self.products.iter_mut().zip(changed).filter(|(_, c)| **c) {
+            *product = None;
         }
-        self.pairs.append(&mut pairs);
-        self.sort();
+        for (number, term) in self.numbers.iter().zip(&structure.terms) {
+            if changed[*number] {
+                self.products[*number] = structure.product(term, &mut self.parts);
+            }
+        }
+        self.add_pairs(changed, spare);
     }
 }
 

@@ -1,17 +1,14 @@
 //! Search for the best draft: structures first, then points, each measured.
 
-use super::basis::Basis;
 use super::components::Joint;
 use super::cover::{self, Attempt, Minimize, attempt};
 use super::judge::{Judge, Verdict};
 use super::points::{Budget, GOOD, LITTLE_LESS, PeakTables, STUCK, TOOL_SHARE};
 use super::sampling::{Component, Sampler};
-use super::structure::Decomposition;
 use super::trials::Trials;
-use super::{components, draft, grid, points};
+use super::{components, draft, points};
 use crate::schemes::{Options, SchemeError};
 use crate::target::Target;
-use std::collections::BTreeMap;
 use trueaxis::Draft;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
@@ -21,20 +18,14 @@ use trueaxis_model::machine::PerAxis;
 const FIRST_SHARE: f64 = 0.25;
 /// The same if the tip and the direction are measured, where deviations of related axes partly cancel.
 const FIRST_TOOL_SHARE: f64 = 1.1;
-/// A structure that leaves more than this fraction of the tolerance leaves little for interpolation. One made for
-/// this fraction of its share may then be cheaper.
-const STARVING: f64 = 0.5;
-const CLOSER: f64 = 0.9;
 /// Maximum number of attempts, if more is needed than the target holds. Each next attempt leaves out as much as the
 /// last one had to, so that the capacity goes to what matters: the 84 coefficients of the HU40 then keep three quarters of
 /// the error.
 const FULL_ATTEMPTS: usize = 3;
 /// An error of more than this many times what was left out has another cause: joint effects.
 const CUT: f64 = 2.0;
-/// A structure with an error of more than this many tolerances is not worth points if joint effects can improve it.
-const HOPELESS: f64 = 3.0;
-/// Shares tried then, with joint effects of motions included. These cost many tables, so no more of them than
-/// needed.
+/// Shares tried if the first one is not enough, with joint effects of motions included. These cost many tables, so no
+/// more of them than needed.
 const SHARES: [f64; 8] = [1.5, 1.0, 0.85, 0.7, 0.4, 0.25, 0.12, 0.06];
 /// Interpolation may use at least this share of the tolerance, and this fraction of what the structure leaves.
 const LEAST_POINT_SHARE: f64 = 0.4;
@@ -48,10 +39,9 @@ const FINER: [f64; 2] = [0.3, 0.1];
 const COARSER: [f64; 16] = [
     2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5,
 ];
-/// Most nodes of joint effects, each counted once for every subset of its switches: half a minute on one core, and
-/// two minutes if nothing would come close without them. Weaker effects are left out.
+/// Most nodes of joint effects, each counted once for every subset of its switches: half a minute on one core. Weaker
+/// effects are left out.
 const MOST_WORK: usize = 600_000;
-const MOST_WORK_IF_HOPELESS: usize = 4 * MOST_WORK;
 /// How often weights are fitted, each time including the positions that failed before.
 const FITS: usize = 8;
 /// A draft that leaves more tolerances than this after a fit is not fitted again; eight rounds halve the error.
@@ -107,8 +97,6 @@ struct Tried {
     error: f64,
     /// True if it includes second-order effects of motion pairs.
     pairs: bool,
-    /// Tables with peaks, once they have been sampled.
-    seen: Option<BTreeMap<usize, PeakTables>>,
 }
 
 /// A draft that does no harm.
@@ -204,15 +192,15 @@ impl<'a> Search<'a> {
         if self.effort == Effort::Best {
             return Ok(true);
         }
-        let Sampled { sampler, first, .. } = self.sampled;
-        let bases = cover::bases(sampler, first, tolerance, self.minimize, share)?;
-        let target = (self.minimize, &self.options.target);
         if self.effort == Effort::IfItFits {
+            let Sampled { sampler, first, .. } = self.sampled;
+            let bases = cover::bases(sampler, first, tolerance, self.minimize, share)?;
+            let target = (self.minimize, &self.options.target);
             return Ok(cover::fits(
                 sampler, first, &bases, tolerance, target, share,
             )?);
         }
-        let first = self.attempt_with(&bases, tolerance, share, false)?;
+        let first = self.attempt(tolerance, share, false)?;
         self.is_full |= first.attempt.is_full;
         // Otherwise joint effects may be the cause.
         let is_explained = first.error <= CUT * first.attempt.left_out;
@@ -237,24 +225,20 @@ impl<'a> Search<'a> {
             return self.finish(tolerance, &second, true);
         }
         let share = self.first_share();
-        let mut first = match self.first.take() {
+        let first = match self.first.take() {
             Some(first) => first,
             None => self.attempt(tolerance, share, false)?,
         };
         self.is_full |= first.attempt.is_full;
         // Joint effects do not help if most of the error was left out for lack of capacity.
-        let hopeless = first.error > HOPELESS;
+        let hopeless = first.error > MOST_FITTED;
         let other = first.error > CUT * first.attempt.left_out;
         let is_left_to_joint = other && self.effort == Effort::IfItFits;
         if hopeless && is_left_to_joint {
             return Ok(false);
         }
         let joint = |search: &mut Self| -> Result<bool, SchemeError> {
-            let work = match hopeless {
-                true => MOST_WORK_IF_HOPELESS,
-                false => MOST_WORK,
-            };
-            Ok(other && search.joint(tolerance, work)? > 0)
+            Ok(other && search.joint(tolerance)? > 0)
         };
         if hopeless && first.attempt.is_full && joint(self)? {
             let second = self.attempt(tolerance, FIRST_SHARE, true)?;
@@ -263,7 +247,7 @@ impl<'a> Search<'a> {
             );
         }
         if !(hopeless && joint(self)?)
-            && (self.finish_cheapest(tolerance, &mut first, share)?
+            && (self.finish(tolerance, &first, false)?
                 || self.is_measured() && self.finish(tolerance, &first, true)?)
         {
             return Ok(true);
@@ -273,54 +257,6 @@ impl<'a> Search<'a> {
         }
         let pairs = joint(self)?;
         self.closer(tolerance, pairs)
-    }
-
-    /// If the structure leaves a large error, little remains for interpolation, which then takes many points. A
-    /// structure that leaves less may be cheaper. The one with the lower expected cost goes first.
-    fn finish_cheapest(
-        &mut self,
-        tolerance: &PerAxis,
-        first: &mut Tried,
-        share: f64,
-    ) -> Result<bool, SchemeError> {
-        // What fills the target is cut off by its capacity.
-        if !self.judge.is_of_tool() || first.error < STARVING || first.attempt.is_full {
-            return self.finish(tolerance, first, false);
-        }
-        // The functions are the same, because their permitted residual hardly differs.
-        let bases = first.attempt.bases();
-        let closer = &mut self.attempt_with(bases, tolerance, CLOSER * share, false)?;
-        let expected = self.expected_cost(tolerance, first)?;
-        let order = match self.expected_cost(tolerance, closer)? < expected {
-            true => [closer, first],
-            false => [first, closer],
-        };
-        for tried in order {
-            if self.finish(tolerance, tried, false)? {
-                return Ok(true);
-            }
-        }
-        Ok(false)
-    }
-
-    /// Cost of a structure, in instructions, with its initial number of points.
-    fn expected_cost(&self, tolerance: &PerAxis, tried: &mut Tried) -> Result<f64, SchemeError> {
-        let found = self.found(tolerance, tried);
-        let seen = PeakTables::all(&found)?;
-        let share = self.first_point_share(tried.error);
-        let grids = points::grids(&found, &seen, self.options, share, false)?;
-        let mut cost = tried
-            .attempt
-            .structure
-            .cost(&self.sampled.sampler.variables);
-        for (v, (bent, _)) in found.tables() {
-            if let Some(grid) = grids.get(&v) {
-                let samples = grid.samples(self.sampled.sampler.variables[v].wraps);
-                cost += grid::stored(bent.len() * samples, self.options.format);
-            }
-        }
-        tried.seen = Some(seen);
-        Ok(cost)
     }
 
     /// The initial share of the tolerance for interpolation, after a structure that leaves an error of `error`.
@@ -338,14 +274,6 @@ impl<'a> Search<'a> {
     /// True if the share of interpolation follows the measurements.
     fn adapts(&self) -> bool {
         self.judge.is_of_tool() && self.options.points.is_none()
-    }
-
-    /// Bundles everything that the tables of a structure are sampled from.
-    fn found<'t>(&'t self, tolerance: &'t PerAxis, tried: &'t Tried) -> Decomposition<'t> {
-        let components = &self.components[..self.count(tried.pairs)];
-        tried
-            .attempt
-            .found(&self.sampled.sampler, components, tolerance)
     }
 
     /// True if motions were measured somewhere; otherwise there are no measured points to go between.
@@ -487,13 +415,13 @@ impl<'a> Search<'a> {
     }
 
     /// Number of motion pairs whose joint effect is significant and fits into the given work.
-    fn joint(&mut self, tolerance: &PerAxis, work: usize) -> Result<usize, SchemeError> {
+    fn joint(&mut self, tolerance: &PerAxis) -> Result<usize, SchemeError> {
         if self.pairs.is_none() {
             let joint = components::second_order(
                 &self.sampled.sampler,
                 &self.sampled.joint,
                 tolerance,
-                work,
+                MOST_WORK,
             )?;
             self.pairs = Some(joint.len());
             self.components.extend(joint);
@@ -518,24 +446,12 @@ impl<'a> Search<'a> {
             self.minimize,
             share,
         )?;
-        self.attempt_with(&bases, tolerance, share, pairs)
-    }
-
-    /// [`Self::attempt`] with known functions.
-    fn attempt_with(
-        &self,
-        bases: &[Basis],
-        tolerance: &PerAxis,
-        share: f64,
-        pairs: bool,
-    ) -> Result<Tried, SchemeError> {
-        let components = &self.components[..self.count(pairs)];
         let Sampled {
             sampler, trials, ..
         } = self.sampled;
         let target = (self.minimize, &self.options.target);
         let try_with = |before: f64| -> Result<(Attempt, f64), SchemeError> {
-            let bases = bases.to_vec();
+            let bases = bases.clone();
             let next = attempt(sampler, components, bases, tolerance, target, share, before)?;
             let error = trials.error(&next.found(sampler, components, tolerance))?;
             Ok((next, error))
@@ -555,7 +471,6 @@ impl<'a> Search<'a> {
             attempt,
             error,
             pairs,
-            seen: None,
         })
     }
 
@@ -573,14 +488,7 @@ impl<'a> Search<'a> {
         }
         let components = &self.components[..self.count(tried.pairs)];
         let found = attempt.found(&self.sampled.sampler, components, tolerance);
-        let own;
-        let seen = match &tried.seen {
-            Some(seen) => seen,
-            None => {
-                own = PeakTables::all(&found)?;
-                &own
-            }
-        };
+        let seen = &PeakTables::all(&found)?;
         // Tolerances differ by a common factor. A draft for a finer tolerance is meant to meet the requested one.
         let factor = tolerance[0] / self.judge.tolerance()[0];
         let wanted = factor.max(1.0);

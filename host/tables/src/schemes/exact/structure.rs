@@ -138,7 +138,7 @@ impl Structure {
         bases: &[Basis],
         others: f64,
     ) -> (usize, f64) {
-        if let Some(known) = self.multiple(0, variable, &coefficients, bases, others) {
+        if let Some(known) = self.multiple(variable, &coefficients, &bases[variable], others) {
             return known;
         }
         self.merged.push(Merged {
@@ -148,28 +148,30 @@ impl Structure {
         (self.merged.len() - 1, 1.0)
     }
 
-    /// The first merged table from number `first` on that is proportional to these coefficients, and the weight to use
-    /// with it.
+    /// The first merged table that is proportional to these coefficients, and the weight to use with it.
     pub(crate) fn multiple(
         &self,
-        first: usize,
         variable: usize,
         coefficients: &[f64],
-        bases: &[Basis],
+        basis: &Basis,
         others: f64,
     ) -> Option<(usize, f64)> {
-        let norm = |c: &[f64]| c.iter().map(|c| c * c).sum::<f64>();
-        let same = self.merged.iter().enumerate().skip(first);
+        let most = SAME / others;
+        let same = self.merged.iter().enumerate();
         let mut same = same.filter(|(_, m)| m.variable == variable);
         same.find_map(|(id, known)| {
             let both = || known.coefficients.iter().zip(coefficients);
-            let along: f64 = both().map(|(a, b)| a * b).sum();
-            let weight = along / norm(&known.coefficients);
-            let rest: f64 = both()
-                .zip(&bases[variable].peaks)
-                .map(|((a, b), peak)| (b - weight * a).abs() * peak)
-                .sum();
-            (rest * others < SAME).then_some((id, weight))
+            let sums = |(along, square), (a, b): (&f64, &f64)| (along + a * b, square + a * a);
+            let (along, square) = both().fold((0.0, 0.0), sums);
+            let weight: f64 = along / square;
+            // Most tables are told apart by their first coefficients.
+            let rest = both()
+                .zip(&basis.peaks)
+                .try_fold(0.0, |rest, ((a, b), peak)| {
+                    let rest = rest + (b - weight * a).abs() * peak;
+                    (rest < most).then_some(rest)
+                });
+            rest.map(|_| (id, weight))
         })
     }
 
