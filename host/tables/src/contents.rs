@@ -4,7 +4,10 @@ use crate::policy::PolicyName;
 use crate::size::Size;
 use crate::validate::Runtime;
 use serde::Serialize;
-use trueaxis::{AuxiliaryKind, Direction, Grid, Interpolation, Largest, Policy, SampleFormat};
+use trueaxis::{
+    Auxiliary, AuxiliaryKind, Axis, Bank, Direction, Grid, Interpolation, Largest, Policy,
+    SampleFormat,
+};
 use trueaxis_model::errors::temperature_name;
 
 /// Everything in a compensation except its samples.
@@ -185,18 +188,46 @@ pub(crate) fn input(compensation: &Largest<'_>, number: u8) -> String {
 #[must_use]
 pub fn contents<'a>(runtime: &Runtime<'a>) -> Contents<'a> {
     let compensation = runtime.compensation();
-    let letters: Vec<char> = compensation
-        .axes()
-        .iter()
-        .map(|a| char::from(a.name))
+    let letters: Vec<char> = (compensation.axes().iter())
+        .map(|axis| char::from(axis.name))
         .collect();
-    let axes = compensation
-        .axes()
-        .iter()
-        .zip(&letters)
-        .map(|(axis, name)| AxisEntry {
-            name: *name,
-            unit: unit(*name),
+    let mut next = 0;
+    let banks = compensation.banks().iter().map(|bank| {
+        let first = next;
+        next += usize::from(bank.tables);
+        BankEntry::of(compensation, bank, first)
+    });
+    let terms = compensation.terms().map(|term| TermEntry {
+        output: letters[usize::from(term.output)],
+        weight: term.weight,
+        limits: term.limits,
+        tables: term.factors.to_vec(),
+        errors: Vec::new(),
+    });
+    let grids = compensation.grids().iter();
+    Contents {
+        machine: compensation.machine(),
+        policy: compensation.policy().into(),
+        stored: compensation.policy(),
+        size: Size::of(runtime),
+        axes: compensation.axes().iter().map(AxisEntry::of).collect(),
+        auxiliaries: (compensation.auxiliaries().iter())
+            .map(AuxiliaryEntry::of)
+            .collect(),
+        bank_list: banks.collect(),
+        term_list: terms.collect(),
+        grid_list: grids
+            .map(|grid| GridEntry::of(compensation, grid, &letters))
+            .collect(),
+    }
+}
+
+impl AxisEntry {
+    fn of(axis: &Axis) -> Self {
+        let name = char::from(axis.name);
+        Self {
+            name,
+            unit: unit(name),
             travel: (axis.travel != [-f32::MAX, f32::MAX]).then_some(axis.travel),
             period: (axis.period > 0.0).then_some(axis.period),
             value_bound: axis.value_bound,
@@ -205,27 +236,36 @@ pub fn contents<'a>(runtime: &Runtime<'a>) -> Contents<'a> {
             reversal_rate: axis.reversal_rate,
             reversal_acceleration: axis.reversal_acceleration,
             reversal_threshold: axis.reversal_threshold,
-        });
-    let auxiliaries = compensation.auxiliaries().iter().map(|a| AuxiliaryEntry {
-        name: a.name.to_string(),
-        kind: match a.kind {
-            AuxiliaryKind::ToolLength => "tool length",
-            AuxiliaryKind::Temperature => "temperature",
-        },
-        reference: a.reference,
-        lag_s: (a.sensor.lag_rate > 0.0).then(|| a.sensor.lag_rate.recip()),
-        sensor: (a.kind == AuxiliaryKind::Temperature).then_some(SensorEntry {
-            kelvin_per_s: a.sensor.rate,
-            celsius: a.sensor.range,
-        }),
-    });
-    let mut next = 0;
-    let banks = compensation.banks().iter().map(|bank| {
-        let first = next;
-        next += usize::from(bank.tables);
-        BankEntry {
+        }
+    }
+}
+
+impl AuxiliaryEntry {
+    fn of(auxiliary: &Auxiliary) -> Self {
+        let sensor = &auxiliary.sensor;
+        Self {
+            name: auxiliary.name.to_string(),
+            kind: match auxiliary.kind {
+                AuxiliaryKind::ToolLength => "tool length",
+                AuxiliaryKind::Temperature => "temperature",
+            },
+            reference: auxiliary.reference,
+            lag_s: (sensor.lag_rate > 0.0).then(|| sensor.lag_rate.recip()),
+            sensor: (auxiliary.kind == AuxiliaryKind::Temperature).then_some(SensorEntry {
+                kelvin_per_s: sensor.rate,
+                celsius: sensor.range,
+            }),
+        }
+    }
+}
+
+impl BankEntry {
+    /// A bank whose tables begin with number `first`.
+    fn of(compensation: &Largest<'_>, bank: &Bank, first: usize) -> Self {
+        let tables = first..first + usize::from(bank.tables);
+        Self {
             input: input(compensation, bank.input),
-            tables: [first, next - 1],
+            tables: [first, tables.end - 1],
             points: bank.points,
             start: bank.start,
             step: bank.step,
@@ -245,47 +285,28 @@ pub fn contents<'a>(runtime: &Runtime<'a>) -> Contents<'a> {
                 Interpolation::Cubic => "cubic",
             },
             samples: format(bank.format),
-            largest: (first..next)
+            largest: tables
                 .filter_map(|table| compensation.peak(table))
                 .collect(),
         }
-    });
-    let terms = compensation.terms().map(|term| TermEntry {
-        output: letters[usize::from(term.output)],
-        weight: term.weight,
-        limits: term.limits,
-        tables: term.factors.to_vec(),
-        errors: Vec::new(),
-    });
-    let grid = |grid: &Grid| GridEntry {
-        inputs: grid
-            .axes
-            .iter()
-            .map(|axis| GridInputEntry {
-                input: input(compensation, axis.input),
-                points: axis.points,
-                start: axis.start,
-                step: axis.step,
-                modulo: axis.modulo,
-            })
-            .collect(),
-        outputs: grid
-            .outputs
-            .iter()
-            .map(|o| letters[usize::from(*o)])
-            .collect(),
-        samples: format(grid.format),
-    };
-    Contents {
-        machine: compensation.machine(),
-        policy: compensation.policy().into(),
-        stored: compensation.policy(),
-        size: Size::of(runtime),
-        axes: axes.collect(),
-        auxiliaries: auxiliaries.collect(),
-        bank_list: banks.collect(),
-        term_list: terms.collect(),
-        grid_list: compensation.grids().iter().map(grid).collect(),
+    }
+}
+
+impl GridEntry {
+    fn of(compensation: &Largest<'_>, grid: &Grid, letters: &[char]) -> Self {
+        let inputs = grid.axes.iter().map(|axis| GridInputEntry {
+            input: input(compensation, axis.input),
+            points: axis.points,
+            start: axis.start,
+            step: axis.step,
+            modulo: axis.modulo,
+        });
+        let outputs = grid.outputs.iter();
+        Self {
+            inputs: inputs.collect(),
+            outputs: outputs.map(|o| letters[usize::from(*o)]).collect(),
+            samples: format(grid.format),
+        }
     }
 }
 

@@ -78,42 +78,43 @@ pub fn bounds(
         })
     });
     let of = |k: usize, unit: f64| {
-        let machines: Vec<Statistics> = (0..MACHINES)
-            .map(|m| Statistics::of(lengths.iter().map(|both| both[k][m] * unit)))
-            .collect();
-        let bound = |of: fn(&Statistics) -> f64| {
-            let mut all: Vec<f64> = machines.iter().map(of).collect();
-            all.sort_by(f64::total_cmp);
-            all[(PROBABILITY * MACHINES as f64) as usize]
-        };
-        Statistics {
-            mean: bound(|s| s.mean),
-            rms: bound(|s| s.rms),
-            p95: bound(|s| s.p95),
-            max: bound(|s| s.max),
-        }
+        let machine = |m: usize| Statistics::of(lengths.iter().map(move |both| both[k][m] * unit));
+        not_exceeded(&(0..MACHINES).map(machine).collect::<Vec<_>>())
     };
-    let mut found = Quality {
-        translation_um: of(0, 1e3),
-        direction_urad: of(1, 1e6),
+    let [um, urad] = [errors.misfit, errors.misfit_of_direction].map(Option::unwrap_or_default);
+    Quality {
+        translation_um: beyond(
+            of(0, 1e3),
+            um * 1e3,
+            [MISFIT_MEAN, MISFIT_P95, MISFIT_LARGEST],
+        ),
+        direction_urad: beyond(of(1, 1e6), urad * 1e6, [TURN_MEAN, TURN_P95, TURN_LARGEST]),
+    }
+}
+
+/// What each figure does not exceed on 95 % of the machines.
+fn not_exceeded(machines: &[Statistics]) -> Statistics {
+    let bound = |of: fn(&Statistics) -> f64| {
+        let mut all: Vec<f64> = machines.iter().map(of).collect();
+        all.sort_by(f64::total_cmp);
+        all[(PROBABILITY * all.len() as f64) as usize]
     };
-    let add = |to: &mut Statistics, misfit: f64, [mean, p95, largest]: [f64; 3]| {
-        to.mean += mean * misfit;
-        to.rms += mean * misfit;
-        to.p95 += p95 * misfit;
-        to.max += largest * misfit;
-    };
-    add(
-        &mut found.translation_um,
-        errors.misfit.unwrap_or(0.0) * 1e3,
-        [MISFIT_MEAN, MISFIT_P95, MISFIT_LARGEST],
-    );
-    add(
-        &mut found.direction_urad,
-        errors.misfit_of_direction.unwrap_or(0.0) * 1e6,
-        [TURN_MEAN, TURN_P95, TURN_LARGEST],
-    );
-    found
+    Statistics {
+        mean: bound(|s| s.mean),
+        rms: bound(|s| s.rms),
+        p95: bound(|s| s.p95),
+        max: bound(|s| s.max),
+    }
+}
+
+/// Figures with a misfit on top, given how many times the misfit its mean, 95 % and largest are.
+fn beyond(of: Statistics, misfit: f64, [mean, p95, largest]: [f64; 3]) -> Statistics {
+    Statistics {
+        mean: of.mean + mean * misfit,
+        rms: of.rms + mean * misfit,
+        p95: of.p95 + p95 * misfit,
+        max: of.max + largest * misfit,
+    }
 }
 
 /// The values of a tabulated motion between which it is interpolated, with their weights times their standard

@@ -247,26 +247,19 @@ impl<'a> Measured<'a> {
             direction_urad: Statistics::of(samples().map(|s| s.direction[which] * 1e6)),
         };
         let machine = self.machine;
-        let scale = |i: usize| match machine.axes[i].letter.is_rotary() {
-            true => 1e6,
-            false => 1e3,
-        };
         let axes = 0..machine.axes.len();
-        let deviations: Vec<AxisDeviation> = axes
-            .clone()
-            .map(|i| AxisDeviation {
-                axis: machine.axes[i].letter.char(),
-                unit: match machine.axes[i].letter.is_rotary() {
-                    true => "µrad",
-                    false => "µm",
-                },
-                deviation: most(&|s| s.deviation[i]) * scale(i),
-                kinematic: most(&|s| s.kinematic[i]) * scale(i),
-            })
-            .collect();
+        let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
+        let scale = |i: usize| if is_rotary(i) { 1e6 } else { 1e3 };
+        let deviation = |i: usize| AxisDeviation {
+            axis: machine.axes[i].letter.char(),
+            unit: if is_rotary(i) { "µrad" } else { "µm" },
+            deviation: most(&|s| s.deviation[i]) * scale(i),
+            kinematic: most(&|s| s.kinematic[i]) * scale(i),
+        };
+        let deviations: Vec<AxisDeviation> = axes.clone().map(deviation).collect();
         let worst = |rotary: bool| {
             let same = axes.clone().zip(&deviations);
-            same.filter(|(i, _)| machine.axes[*i].letter.is_rotary() == rotary)
+            same.filter(|(i, _)| is_rotary(*i) == rotary)
                 .map(|(_, found)| found.deviation)
                 .fold(0.0, f64::max)
         };

@@ -90,49 +90,12 @@ pub fn entries(
     tolerance: &PerAxis,
     left_out: f64,
 ) -> Result<Vec<Entry>, NotConverged> {
-    let n = sampler.kinematics.machine.axes.len();
+    let outputs = &tolerance[..sampler.kinematics.machine.axes.len()];
     let noise = NOISE * left_out.max(1.0);
     let inverses = inverses(sampler, components, bases, tolerance)?;
     // Each component separately, then summed in a fixed order.
     let parts = parallel::map(components, |component| {
-        let mut functions_of: Vec<&[usize]> = Vec::new();
-        let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
-        let monomials = component.monomials.len();
-        let mut values: Vec<f64> = (0..n)
-            .flat_map(|o| component.values.iter().map(move |v| v[o] / tolerance[o]))
-            .collect();
-        // Layout of values: output, monomial, rich nodes. Rich variables are converted to functions one after the
-        // other.
-        for k in 0..component.rich.len() {
-            let (shown, inverse) = &inverses[&kind(component, k)];
-            functions_of.push(shown);
-            let outer: usize = n * monomials * shape[..k].iter().product::<usize>();
-            let inner: usize = shape[k + 1..].iter().product();
-            values = projected(&values, inverse, outer, inner);
-            shape[k] = inverse.nrows();
-        }
-        let functions: usize = shape.iter().product();
-        let mut found: Vec<((usize, Key), f64)> = Vec::new();
-        for (index, value) in values.iter().enumerate() {
-            if value.abs() < 1e-3 * noise {
-                continue;
-            }
-            let mut key = [0; MAX_VARIABLES];
-            let mut rest = index % functions;
-            for (k, (v, _)) in component.rich.iter().enumerate().rev() {
-                key[*v] = functions_of[k][rest % shape[k]] as u8;
-                rest /= shape[k];
-            }
-            let block = index / functions;
-            for &v in &component.monomials[block % monomials] {
-                key[v] += 1;
-            }
-            for &v in &component.odd {
-                key[v] = if component.even { 2 } else { 1 };
-            }
-            found.push(((block / monomials, key), *value));
-        }
-        found
+        coefficients(component, &inverses, outputs, 1e-3 * noise)
     });
     let mut parts = parts.concat();
     // The sort is stable, and so is the order of summation.
@@ -142,16 +105,12 @@ pub fn entries(
         .map(|same| {
             let (output, key) = same[0].0;
             let value: f64 = same.iter().map(|(_, value)| value).sum();
-            let peaks: f64 = key
-                .iter()
-                .zip(bases)
-                .map(|(k, b)| b.peaks[usize::from(*k)])
-                .product();
+            let peaks = key.iter().zip(bases).map(|(k, b)| b.peaks[usize::from(*k)]);
             Entry {
                 output,
                 key,
                 value,
-                peak: value.abs() * peaks,
+                peak: value.abs() * peaks.product::<f64>(),
             }
         })
         .filter(|e| e.peak > noise)
@@ -167,6 +126,56 @@ pub fn entries(
         entries.sort_by_key(|e| (e.output, e.key));
     }
     Ok(entries)
+}
+
+/// The coefficients of a component's products in the outputs with these tolerances, in units of them, except those below
+/// `least`.
+fn coefficients(
+    component: &Component,
+    inverses: &HashMap<SampleKind, Inverse>,
+    outputs: &[f64],
+    least: f64,
+) -> Vec<((usize, Key), f64)> {
+    let mut functions_of: Vec<&[usize]> = Vec::new();
+    let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
+    let monomials = component.monomials.len();
+    let of_output = |(o, unit): (usize, &f64)| {
+        let unit = *unit;
+        component.values.iter().map(move |v| v[o] / unit)
+    };
+    let mut values: Vec<f64> = outputs.iter().enumerate().flat_map(of_output).collect();
+    // Layout of values: output, monomial, rich nodes. Rich variables are converted to functions one after the
+    // other.
+    for k in 0..component.rich.len() {
+        let (shown, inverse) = &inverses[&kind(component, k)];
+        functions_of.push(shown);
+        let outer: usize = outputs.len() * monomials * shape[..k].iter().product::<usize>();
+        let inner: usize = shape[k + 1..].iter().product();
+        values = projected(&values, inverse, outer, inner);
+        shape[k] = inverse.nrows();
+    }
+    let functions: usize = shape.iter().product();
+    let mut found = Vec::new();
+    for (index, value) in values.iter().enumerate() {
+        if value.abs() < least {
+            continue;
+        }
+        let mut key = [0; MAX_VARIABLES];
+        let mut rest = index % functions;
+        for (k, (v, _)) in component.rich.iter().enumerate().rev() {
+            key[*v] = functions_of[k][rest % shape[k]] as u8;
+            rest /= shape[k];
+        }
+        let block = index / functions;
+        for &v in &component.monomials[block % monomials] {
+            key[v] += 1;
+        }
+        for &v in &component.odd {
+            key[v] = if component.even { 2 } else { 1 };
+        }
+        found.push(((block / monomials, key), *value));
+    }
+    found
 }
 
 /// The quantity to minimize.
@@ -341,55 +350,7 @@ impl<'a> Cover<'a> {
         let (entries, variables, bases) = (self.entries, self.variables, self.bases);
         let mut structure = Structure::default();
         let mut left = Left::new(entries, share);
-        // Scores in the heap may be out of date and are recomputed when popped. They only decrease.
-        let scores = self.fibres.iter().map(|(_, m)| left.score(entries, m));
-        let mut heap: BinaryHeap<(Score, std::cmp::Reverse<usize>)> = scores
-            .zip(0..)
-            .filter(|(score, _)| *score >= Score(MERGE))
-            .map(|(score, fibre)| (score, std::cmp::Reverse(fibre)))
-            .collect();
-        while let Some((score, std::cmp::Reverse(fibre))) = heap.pop() {
-            if structure.terms.len() > first_most {
-                return None;
-            }
-            if structure.merged.len() >= capacity {
-                break;
-            }
-            let &((output, v, mut key), ref members) = &self.fibres[fibre];
-            let now = left.score(entries, members);
-            if left.is_little(output) || now < Score(MERGE) {
-                continue;
-            }
-            if now < score {
-                heap.push((now, std::cmp::Reverse(fibre)));
-                continue;
-            }
-            key[v] = 0;
-            let Some(mut factors) = structure.factors(&key, variables, bases) else {
-                continue;
-            };
-            if factors.len() + 1 > trueaxis::FACTORS {
-                continue;
-            }
-            let mut coefficients = vec![0.0; bases[v].len()];
-            for &i in members {
-                if left.take(entries, i) {
-                    coefficients[usize::from(entries[i].key[v])] += entries[i].value;
-                }
-            }
-            let others: f64 = key
-                .iter()
-                .zip(bases)
-                .map(|(k, b)| b.peaks[usize::from(*k)])
-                .product();
-            let (id, weight) = structure.merge(v, coefficients, bases, others);
-            factors.push((v, Function::Merged(id)));
-            structure.terms.push(Term {
-                output,
-                weight,
-                factors,
-            });
-        }
+        self.merge(&mut structure, &mut left, capacity, first_most)?;
         // Add the remaining entries, the largest first.
         for &i in &self.order {
             if structure.terms.len() > first_most {
@@ -406,6 +367,68 @@ impl<'a> Cover<'a> {
             structure.unshare(bases);
         }
         (structure.terms.len() <= most).then_some(structure)
+    }
+
+    /// Makes fibres to terms, the one with the most significant entries first, with up to `capacity` merged tables. `None`
+    /// if there are more than `most` terms.
+    fn merge(
+        &self,
+        structure: &mut Structure,
+        left: &mut Left,
+        capacity: usize,
+        most: usize,
+    ) -> Option<()> {
+        // Scores in the heap may be out of date and are recomputed when popped. They only decrease.
+        let scores = self.fibres.iter();
+        let scores = scores.map(|(_, members)| left.score(self.entries, members));
+        let mut heap: BinaryHeap<(Score, std::cmp::Reverse<usize>)> = scores
+            .zip(0..)
+            .filter(|(score, _)| *score >= Score(MERGE))
+            .map(|(score, fibre)| (score, std::cmp::Reverse(fibre)))
+            .collect();
+        while let Some((score, std::cmp::Reverse(fibre))) = heap.pop() {
+            if structure.terms.len() > most {
+                return None;
+            }
+            if structure.merged.len() >= capacity {
+                break;
+            }
+            let ((output, ..), members) = &self.fibres[fibre];
+            let now = left.score(self.entries, members);
+            if left.is_little(*output) || now < Score(MERGE) {
+                continue;
+            }
+            match now < score {
+                true => heap.push((now, std::cmp::Reverse(fibre))),
+                false => self.add_fibre(structure, left, fibre),
+            }
+        }
+        Some(())
+    }
+
+    /// Adds a fibre as one term with one merged table, unless that has too many factors.
+    fn add_fibre(&self, structure: &mut Structure, left: &mut Left, fibre: usize) {
+        let (entries, bases) = (self.entries, self.bases);
+        let &((output, v, mut key), ref members) = &self.fibres[fibre];
+        key[v] = 0;
+        let factors = structure.factors(&key, self.variables, bases);
+        let Some(mut factors) = factors.filter(|f| f.len() < trueaxis::FACTORS) else {
+            return;
+        };
+        let mut coefficients = vec![0.0; bases[v].len()];
+        for &i in members {
+            if left.take(entries, i) {
+                coefficients[usize::from(entries[i].key[v])] += entries[i].value;
+            }
+        }
+        let others = key.iter().zip(bases).map(|(k, b)| b.peaks[usize::from(*k)]);
+        let (id, weight) = structure.merge(v, coefficients, bases, others.product());
+        factors.push((v, Function::Merged(id)));
+        structure.terms.push(Term {
+            output,
+            weight,
+            factors,
+        });
     }
 }
 

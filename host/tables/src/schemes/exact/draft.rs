@@ -4,9 +4,10 @@ use super::Options;
 use super::grid::Grid;
 use super::points::PeakTables;
 use super::spline;
-use super::structure::{self, Decomposition, Function, input};
+use super::structure::{self, Decomposition, Function};
 use super::variables::Kind;
 use crate::schemes::blank::blank;
+use nalgebra::DVectorView;
 use std::collections::{BTreeMap, HashMap};
 use trueaxis::{Direction, Draft, DraftBank, Interpolation, SampleFormat, Term};
 use trueaxis_model::kinematics::NotConverged;
@@ -22,104 +23,136 @@ pub fn draft(
     seen: &BTreeMap<usize, PeakTables>,
     options: &Options,
 ) -> Result<Draft, NotConverged> {
-    let (kinematics, variables) = (&found.sampler.kinematics, &found.sampler.variables);
-    let machine = kinematics.machine;
-    let (terms, scales) = weighed(machine, found);
-    let scale = |v: usize, function: Function| scales.get(&(v, function)).copied().unwrap_or(1.0);
-    let mut banks = Vec::new();
-    // Number of each table in the blob.
-    let mut numbers: HashMap<Factor, u8> = HashMap::new();
-    let mut next = 0_u8;
+    let kinematics = &found.sampler.kinematics;
+    let (terms, scales) = weighed(kinematics.machine, found);
+    let mut layout = BankLayout {
+        found,
+        scales,
+        banks: Vec::new(),
+        numbers: HashMap::new(),
+    };
     for (v, (bent, straight)) in found.tables() {
-        let variable = &variables[v];
-        let (input, unit) = input(machine, variables, v);
+        let variable = &found.sampler.variables[v];
         if let Kind::Sign(i) = variable.kind {
-            let [start, end] = machine.axes[i].travel;
-            banks.push(DraftBank {
-                input,
-                start: start as f32,
-                step: (end - start) as f32,
-                modulo: false,
-                direction: Direction::Signed,
-                interpolation: Interpolation::Linear,
-                format: SampleFormat::F32,
-                columns: vec![vec![scale(v, Function::Sign) as f32; 2]],
-            });
-            numbers.insert((v, Function::Sign), next);
-            next += 1;
+            layout.add_sign(v, kinematics.machine.axes[i].travel);
             continue;
         }
         let ends = Grid::over(variable.range, 1);
+        layout.add(v, &straight, (ends, SampleFormat::F32), None)?;
         let grid = grids.get(&v).copied().unwrap_or(ends);
-        for (functions, grid, format, seen) in [
-            (&straight, ends, SampleFormat::F32, None),
-            (&bent, grid, options.format, seen.get(&v)),
-        ] {
-            if functions.is_empty() {
-                continue;
-            }
-            // The runtime holds start and step as f32; sample at the points that it computes.
-            let start = (grid.start * unit) as f32;
-            let step = (grid.step * unit) as f32;
-            let known = Grid {
-                start: f64::from(start) / unit,
-                step: f64::from(step) / unit,
-                ..grid
-            };
-            let at: Vec<f64> = known.sampled_at(variable.wraps).collect();
-            let within = Within::new(&at, variable.range, grid.step);
-            let told = seen.and_then(|s| s.between(&within.at));
-            let mut values = match told {
-                Some(values) => values,
-                None => found.sample(v, functions, &within.at)?.values,
-            };
-            for mut column in values.column_iter_mut() {
-                within.extend(column.as_mut_slice());
-            }
-            if grid.cubic {
-                values = spline::coefficients(&values, variable.wraps);
-            }
-            banks.push(DraftBank {
-                input,
-                start,
-                step,
-                modulo: variable.wraps,
-                direction: Direction::Both,
-                interpolation: match grid.cubic {
-                    true => Interpolation::Cubic,
-                    false => Interpolation::Linear,
-                },
-                format,
-                columns: (0..functions.len())
-                    .map(|k| {
-                        let scale = scale(v, functions[k]);
-                        let column = values.column(k);
-                        let least = SAMPLED * column.amax();
-                        column
-                            .iter()
-                            .map(|x| {
-                                if x.abs() < least {
-                                    0.0
-                                } else {
-                                    (scale * x) as f32
-                                }
-                            })
-                            .collect()
-                    })
-                    .collect(),
-            });
-            for function in functions {
-                numbers.insert((v, *function), next);
-                next += 1;
-            }
-        }
+        layout.add(v, &bent, (grid, options.format), seen.get(&v))?;
     }
-    let terms = numbered(&terms, &numbers);
     Ok(Draft {
-        banks,
-        terms,
+        terms: numbered(&terms, &layout.numbers),
+        banks: layout.banks,
         ..blank(kinematics)
     })
+}
+
+/// Banks, filled one after the other.
+struct BankLayout<'a> {
+    found: &'a Decomposition<'a>,
+    /// Factors of tables; 1 for the others.
+    scales: HashMap<Factor, f64>,
+    banks: Vec<DraftBank>,
+    /// The number of each table in the blob.
+    numbers: HashMap<Factor, u8>,
+}
+
+impl BankLayout<'_> {
+    fn scale(&self, factor: &Factor) -> f64 {
+        self.scales.get(factor).copied().unwrap_or(1.0)
+    }
+
+    fn push(&mut self, v: usize, functions: &[Function], bank: DraftBank) {
+        self.banks.push(bank);
+        for function in functions {
+            let next = self.numbers.len() as u8;
+            self.numbers.insert((v, *function), next);
+        }
+    }
+
+    /// Adds the sign of the direction of travel of an axis.
+    fn add_sign(&mut self, v: usize, [start, end]: [f64; 2]) {
+        let (input, _) = input(self.found, v);
+        let bank = DraftBank {
+            input,
+            start: start as f32,
+            step: (end - start) as f32,
+            modulo: false,
+            direction: Direction::Signed,
+            interpolation: Interpolation::Linear,
+            format: SampleFormat::F32,
+            columns: vec![vec![self.scale(&(v, Function::Sign)) as f32; 2]],
+        };
+        self.push(v, &[Function::Sign], bank);
+    }
+
+    /// Adds tables of a variable, sampled on a grid, or between the samples that are `seen` if these are dense enough.
+    fn add(
+        &mut self,
+        v: usize,
+        functions: &[Function],
+        (grid, format): (Grid, SampleFormat),
+        seen: Option<&PeakTables>,
+    ) -> Result<(), NotConverged> {
+        if functions.is_empty() {
+            return Ok(());
+        }
+        let variable = &self.found.sampler.variables[v];
+        let (input, unit) = input(self.found, v);
+        // The runtime holds start and step as f32; sample at the points that it computes.
+        let start = (grid.start * unit) as f32;
+        let step = (grid.step * unit) as f32;
+        let known = Grid {
+            start: f64::from(start) / unit,
+            step: f64::from(step) / unit,
+            ..grid
+        };
+        let at: Vec<f64> = known.sampled_at(variable.wraps).collect();
+        let within = Within::new(&at, variable.range, grid.step);
+        let told = seen.and_then(|s| s.between(&within.at));
+        let mut values = match told {
+            Some(values) => values,
+            None => self.found.sample(v, functions, &within.at)?.values,
+        };
+        for mut column in values.column_iter_mut() {
+            within.extend(column.as_mut_slice());
+        }
+        if grid.cubic {
+            values = spline::coefficients(&values, variable.wraps);
+        }
+        let column = |(function, column): (&Function, DVectorView<'_, f64>)| {
+            let scale = self.scale(&(v, *function));
+            let least = SAMPLED * column.amax();
+            let sample = |x: &f64| match x.abs() < least {
+                true => 0.0,
+                false => (scale * x) as f32,
+            };
+            column.iter().map(sample).collect()
+        };
+        let bank = DraftBank {
+            input,
+            start,
+            step,
+            modulo: variable.wraps,
+            direction: Direction::Both,
+            interpolation: match grid.cubic {
+                true => Interpolation::Cubic,
+                false => Interpolation::Linear,
+            },
+            format,
+            columns: (functions.iter().zip(values.column_iter()).map(column)).collect(),
+        };
+        self.push(v, functions, bank);
+        Ok(())
+    }
+}
+
+/// The number of the input of a variable, and the factor from mm or rad to its unit.
+fn input(found: &Decomposition<'_>, v: usize) -> (u8, f64) {
+    let sampler = found.sampler;
+    structure::input(sampler.kinematics.machine, &sampler.variables, v)
 }
 
 /// Points of which the first and the last may be outside the range, where nothing can be sampled.

@@ -205,80 +205,10 @@ fn separates(kinematics: &Kinematics<'_>) -> bool {
 pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
     let separates = separates(kinematics);
-    let mut variables = Vec::new();
-    for (index, axis) in machine.axes.iter().enumerate() {
-        let range = axis.travel.map(|t| axis.to_kinematic(t));
-        let bends = errors.bends(machine, index);
-        let kind = match (axis.letter.is_rotary(), bends) {
-            (true, _) => Kind::Rotary(index),
-            (false, true) => Kind::Bending(index),
-            (false, false) => Kind::Affine(index),
-        };
-        let [low, high] = range;
-        let inside = |k: &f64| *k > low + 1e-9 && *k < high - 1e-9;
-        let mut ends = Vec::new();
-        let mut calibrated = range;
-        if errors.motions[index].iter().any(Motion::holds) {
-            let [from, to] = errors.calibrated[index];
-            ends.extend([from, to].into_iter().filter(inside));
-            if from < high && to > low {
-                calibrated = [from.max(low), to.min(high)];
-            }
-        }
-        let mut kinks = ends.clone();
-        for motion in &errors.motions[index] {
-            if let Some(table) = &motion.table {
-                kinks.extend(table.at.iter().copied().filter(inside));
-            }
-        }
-        kinks.sort_by(f64::total_cmp);
-        kinks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
-        let varies = errors.motions[index].iter().any(Motion::varies);
-        let uneven = axis.letter.is_rotary() && varies;
-        let moves = bends || (uneven && separates);
-        let motions = errors.motions[index].iter();
-        let tables: Vec<_> = motions.filter_map(|m| m.table.as_ref()).collect();
-        let tabulated = !tables.is_empty();
-        let degree = errors.motions[index]
-            .iter()
-            .map(|m| m.coefficients.len().saturating_sub(1))
-            .max()
-            .unwrap_or(0);
-        let directed = tables.iter().any(|t| t.negative.is_some());
-        let nodes = match (axis.letter.is_rotary(), tabulated, directed) {
-            // Six motions, each times five products of sine and cosine, and their second order; the same number
-            // again in the other direction.
-            (true, true, true) => 65,
-            (true, true, false) => 45,
-            (true, false, _) => 33,
-            (false, true, true) => 35,
-            (false, true, false) => 21,
-            // Polynomials: their products with the coordinate, and their second order.
-            (false, false, _) => (2 * degree + 5).clamp(15, 21),
-        };
-        variables.push(Variable {
-            kind,
-            range,
-            wraps: axis.modulo,
-            calibrated,
-            kinks,
-            ends,
-            moves,
-            nodes,
-            turning: if uneven && !separates {
-                Turning::UNEVEN
-            } else if axis.letter.is_rotary() {
-                Turning::of(kinematics, index, relative)
-            } else {
-                Turning::NONE
-            },
-            peaks: if axis.letter.is_rotary() {
-                nodes::at_peaks(kinematics, index)
-            } else {
-                Vec::new()
-            },
-        });
-    }
+    let axes = 0..machine.axes.len();
+    let mut variables: Vec<Variable> = (axes.clone())
+        .map(|index| of_axis(kinematics, index, separates, relative))
+        .collect();
     let plain = |kind, range| Variable {
         kind,
         range,
@@ -291,18 +221,85 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
         turning: Turning::NONE,
         peaks: Vec::new(),
     };
-    if let Some(range) = machine.length_range {
-        variables.push(plain(Kind::Length, range));
-    }
-    for (sensor, thermal) in errors.sensors.iter().enumerate() {
-        variables.push(plain(Kind::Kelvin(sensor), thermal.range_kelvin));
-    }
-    for index in 0..machine.axes.len() {
-        if errors.reverses(index) {
-            variables.push(plain(Kind::Sign(index), [-1.0, 1.0]));
+    let lengths = machine.length_range.into_iter();
+    variables.extend(lengths.map(|range| plain(Kind::Length, range)));
+    let sensors = errors.sensors.iter().enumerate();
+    variables.extend(sensors.map(|(i, sensor)| plain(Kind::Kelvin(i), sensor.range_kelvin)));
+    let reversed = axes.filter(|index| errors.reverses(*index));
+    variables.extend(reversed.map(|index| plain(Kind::Sign(index), [-1.0, 1.0])));
+    variables
+}
+
+/// The position of an axis. `separates`: whether motions of rotary axes are sampled separately.
+fn of_axis(kinematics: &Kinematics<'_>, index: usize, separates: bool, relative: f64) -> Variable {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let (axis, motions) = (&machine.axes[index], &errors.motions[index]);
+    let is_rotary = axis.letter.is_rotary();
+    let range = axis.travel.map(|t| axis.to_kinematic(t));
+    let [low, high] = range;
+    let inside = |k: &f64| *k > low + 1e-9 && *k < high - 1e-9;
+    let mut ends = Vec::new();
+    let mut calibrated = range;
+    if motions.iter().any(Motion::holds) {
+        let [from, to] = errors.calibrated[index];
+        ends.extend([from, to].into_iter().filter(inside));
+        if from < high && to > low {
+            calibrated = [from.max(low), to.min(high)];
         }
     }
-    variables
+    let tables = motions.iter().filter_map(|m| m.table.as_ref());
+    let measured = tables.flat_map(|table| table.at.iter().copied().filter(inside));
+    let mut kinks: Vec<f64> = ends.iter().copied().chain(measured).collect();
+    kinks.sort_by(f64::total_cmp);
+    kinks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+    let bends = errors.bends(machine, index);
+    let uneven = is_rotary && motions.iter().any(Motion::varies);
+    Variable {
+        kind: match (is_rotary, bends) {
+            (true, _) => Kind::Rotary(index),
+            (false, true) => Kind::Bending(index),
+            (false, false) => Kind::Affine(index),
+        },
+        range,
+        wraps: axis.modulo,
+        calibrated,
+        kinks,
+        ends,
+        moves: bends || (uneven && separates),
+        nodes: nodes_for(motions, is_rotary),
+        turning: match is_rotary {
+            true if uneven && !separates => Turning::UNEVEN,
+            true => Turning::of(kinematics, index, relative),
+            false => Turning::NONE,
+        },
+        peaks: match is_rotary {
+            true => nodes::at_peaks(kinematics, index),
+            false => Vec::new(),
+        },
+    }
+}
+
+/// The number of nodes that resolve the motions of an axis.
+fn nodes_for(motions: &[Motion; 6], is_rotary: bool) -> usize {
+    let mut tables = motions.iter().filter_map(|m| m.table.as_ref()).peekable();
+    let is_tabulated = tables.peek().is_some();
+    let is_directed = tables.any(|table| table.negative.is_some());
+    match (is_rotary, is_tabulated, is_directed) {
+        // Six motions, each times five products of sine and cosine, and their second order; the same number
+        // again in the other direction.
+        (true, true, true) => 65,
+        (true, true, false) => 45,
+        (true, false, _) => 33,
+        (false, true, true) => 35,
+        (false, true, false) => 21,
+        // Polynomials: their products with the coordinate, and their second order.
+        (false, false, _) => {
+            let degrees = motions
+                .iter()
+                .map(|m| m.coefficients.len().saturating_sub(1));
+            (2 * degrees.max().unwrap_or(0) + 5).clamp(15, 21)
+        }
+    }
 }
 
 /// A table from which functions are made as products.
