@@ -15,8 +15,8 @@ use super::axes::{COUNT, PerLetter, Position, name};
 use super::correct::{Backlash, Options};
 use super::interpret::{Step, bits};
 use super::line_map::{LineMap, Role};
-use super::moves::Move;
-use super::program::Reading;
+use super::moves::{Move, Rate};
+use super::program::{Reading, Segment};
 use super::state::{Rules, State};
 use super::tables::Tables;
 use super::tip::Tip;
@@ -197,40 +197,26 @@ impl Check<'_> {
         for role in roles {
             let from = after.state.position.at;
             let written = read(before.number(), after)?;
+            // Words that would have led nowhere are not written.
             let Some(written) = &written.motion else {
-                match role {
-                    Role::Plain => continue,
-                    // Its words would have led nowhere.
-                    Role::Step | Role::Until(_) => continue,
-                }
+                continue;
             };
             self.found.motions[1] += 1;
-            if let (Move::Cycle(cycle), Role::Step, Move::Straight(straight, _)) =
-                (motion, role, written)
-                && along.is_none()
-                && straight.is_outside(&cycle.axes)
-            {
-                // Axes that the cycle does not move, before it.
+            if along.is_none() && leads_to_cycle(motion, *role, written) {
                 continue;
             }
-            if let Move::Cycle(written) = written {
-                let (Move::Cycle(cycle), Role::Until(until)) = (motion, role) else {
+            if let Move::Cycle(cycle) = written {
+                let (Move::Cycle(planned), Role::Until(until)) = (motion, role) else {
                     return Err(CheckError::Unexplained(after.number()));
                 };
                 let until = *until as usize;
-                self.holes(before, cycle, written, [holes, until])?;
+                self.holes(before, planned, cycle, [holes, until])?;
                 // All holes of the line are in its segments, and may be written as several cycles.
-                let planned = match holes {
-                    0 => &segments[..],
-                    _ => &[],
-                };
-                holes = until;
-                let took = [planned, &after.segments(&Move::Cycle(written.clone()))];
-                for (which, segments) in took.into_iter().enumerate() {
-                    let parts = segments.iter();
-                    let minutes = parts.map(|s| s.minutes(self.rules.dialect)).sum();
-                    self.found.takes(which, written.rate, minutes);
+                if holes == 0 {
+                    self.takes(0, cycle.rate, &segments);
                 }
+                self.takes(1, cycle.rate, &after.segments(written));
+                holes = until;
                 continue;
             }
             let along = match &mut along {
@@ -255,8 +241,26 @@ impl Check<'_> {
             None => Along::new(self, &segments)?,
         };
         self.finish(&mut along, &after.state)?;
-        if matches!(motion, Move::Straight(straight, _) if straight.comes_back) && self.axes_turn()
-        {
+        match motion {
+            Move::Straight(straight, _) if straight.comes_back => self.comes_back(before, &along),
+            _ => Ok(()),
+        }
+    }
+
+    /// Counts the time of the motions of a cycle, before (0) or after (1).
+    fn takes(&mut self, which: usize, rate: Rate, segments: &[Segment]) {
+        let parts = segments.iter();
+        let minutes = parts.map(|s| s.minutes(self.rules.dialect)).sum();
+        self.found.takes(which, rate, minutes);
+    }
+
+    /// A thread ends where it began.
+    fn comes_back<R: BufRead>(
+        &mut self,
+        before: &Reading<'_, R>,
+        along: &Along<'_>,
+    ) -> Result<(), CheckError> {
+        if self.axes_turn() {
             let back = along.field.axes(&before.state.position.at);
             let back = back.map_err(|_| CheckError::Outside(before.number()))?;
             self.ways.come_to(self.tables, &back);
@@ -267,6 +271,16 @@ impl Check<'_> {
     /// False where directions stay what they are, whichever way axes go: reversals are left out.
     fn axes_turn(&self) -> bool {
         self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
+    }
+}
+
+/// True for a move before a cycle of axes that the cycle does not move.
+fn leads_to_cycle(motion: &Move, role: Role, written: &Move) -> bool {
+    match (motion, role, written) {
+        (Move::Cycle(cycle), Role::Step, Move::Straight(straight, _)) => {
+            straight.is_outside(&cycle.axes)
+        }
+        _ => false,
     }
 }
 
