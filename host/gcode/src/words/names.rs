@@ -1,7 +1,7 @@
 //! Words of a Sinumerik that are more than a letter and a number.
 
 use super::digits::{Number, number_at};
-use super::{Block, Word};
+use super::{Block, TRANSFORMATIONS, Word};
 use crate::axes;
 use crate::fault::{FLAT, Fault, Kind};
 use crate::modal::Distance;
@@ -145,10 +145,11 @@ impl Block {
             (false, Some(b'(')) => arguments(line, after)?,
             (false, _) => start + length,
         };
+        if let Some((_, value)) = TRANSFORMATIONS.iter().find(|(turn, _)| *turn == name) {
+            return self.add(pseudo(b'M', *value, start, end));
+        }
         match name.as_str() {
             "SUPA" => self.add(pseudo(b'G', 53.0, start, start + length)),
-            "TRAORI" => self.add(pseudo(b'M', 428.9, start, end)),
-            "TRAFOOF" => self.add(pseudo(b'M', 429.9, start, end)),
             name if NEUTRAL.contains(&name) || self.ends_frame(name, &line[end..]) => {
                 self.has_text = true;
                 Ok(end)
