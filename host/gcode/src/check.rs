@@ -82,7 +82,6 @@ pub fn check(
     let mut before = Reading::new(program, rules, tables, tip);
     let mut after = Reading::new(corrected.text, rules, tables, tip);
     let mut map = LineMap::new(corrected.map).map_err(CheckError::Map)?;
-    let start = State::new(rules).position;
     let mut check = Check {
         rules,
         tables,
@@ -90,7 +89,7 @@ pub fn check(
         exact: exact.map(|exact| (exact, Kinematics::new(exact.machine, exact.errors))),
         options,
         last_digits: options.resolutions(),
-        ways: TravelDirections::new(tables, &start, &rules.setup.travel),
+        ways: TravelDirections::new(tables, &State::new(rules).position, &rules.setup.travel),
         all: rules.setup.travel,
         position: before.state.position,
         found: CheckResult::default(),
@@ -109,11 +108,7 @@ pub fn check(
     let mut found = check.found;
     found.lines = [before.number(), after.number()];
     if let (Some(path), true) = (&mut found.tool_path, check.exact.is_some()) {
-        let [a, b, c, d] = &check.spreads;
-        path.before_um = a.statistics();
-        path.after_um = b.statistics();
-        path.before_urad = c.statistics();
-        path.after_urad = d.statistics();
+        path.sum_up(&check.spreads);
     }
     Ok(found)
 }

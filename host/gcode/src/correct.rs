@@ -241,7 +241,6 @@ impl<'a> Corrector<'a> {
     /// written out, and nothing runs it.
     fn behind_the_end(&mut self, line: &[u8]) -> Result<(), Fault> {
         let after_end = self.rules.dialect.table().after_end;
-        let run = after_end == AfterEnd::Run;
         let (cause, remedy) = match after_end {
             AfterEnd::Nothing => return Ok(()),
             AfterEnd::Another if self.closed => return Ok(()),
@@ -276,7 +275,7 @@ impl<'a> Corrector<'a> {
                 Ok(())
             }
             // Spindle and coolant.
-            Some(_) if run && is_neutral(&self.block, self.rules) => Ok(()),
+            Some(_) if after_end == AfterEnd::Run && is_neutral(&self.block, self.rules) => Ok(()),
             Some(word) => Err(Fault::new(word.span(), cause, remedy)),
         }
     }

@@ -64,9 +64,7 @@ impl State {
         rules: &Rules,
         step: &mut Step,
     ) -> Result<(), Fault> {
-        if block.percent && self.begun {
-            self.ended = true;
-        }
+        self.ended |= block.percent && self.begun;
         if let Some(command) = block.command {
             self.begun = true;
             self.command_of_printer(command, rules, step);
@@ -93,16 +91,21 @@ impl State {
         }
         self.do_motion(&asked, step)?;
         if step.motion.is_some() {
-            self.under = match (self.cutter, self.cutter_changes) {
-                (_, true) => Cutter::Changes,
-                (true, false) => Cutter::On,
-                (false, false) => Cutter::Off,
-            };
-            self.cutter_changes = false;
+            self.moved_under_cutter();
         }
         step.ends = block.ends(rules.dialect);
         self.ended |= step.ends;
         Ok(())
+    }
+
+    /// What cutter compensation does with a motion: after the first one behind a change it holds.
+    fn moved_under_cutter(&mut self) {
+        self.under = match (self.cutter, self.cutter_changes) {
+            (_, true) => Cutter::Changes,
+            (true, false) => Cutter::On,
+            (false, false) => Cutter::Off,
+        };
+        self.cutter_changes = false;
     }
 }
 

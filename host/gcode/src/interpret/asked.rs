@@ -172,14 +172,7 @@ impl<'l> Asked<'l> {
             }
             let bit = 1 << code.group() as u32;
             if groups & bit != 0 {
-                return Err(Fault::new(
-                    word.span(),
-                    match code.group() {
-                        Group::Motion => "a second motion word in the line",
-                        _ => "a second word of its group in the line",
-                    },
-                    "write two lines",
-                ));
+                return Err(second_of_group(word, code.group()));
             }
             groups |= bit;
             match code {
@@ -227,6 +220,14 @@ impl Asked<'_> {
             ),
         ))
     }
+}
+
+fn second_of_group(word: &Word, group: Group) -> Fault {
+    let cause = match group {
+        Group::Motion => "a second motion word in the line",
+        _ => "a second word of its group in the line",
+    };
+    Fault::new(word.span(), cause, "write two lines")
 }
 
 fn second_taker(word: &Word) -> Fault {

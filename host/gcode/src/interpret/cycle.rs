@@ -27,9 +27,7 @@ impl State {
         let retract = self.needs_retract(block)?;
         let frame = self.frame_of_series(asked, n, relative, retract)?;
         let mut sticky = self.sticky(asked, code, frame, relative)?;
-        if asked.rules.dialect.table().keeps_levels {
-            self.keep_levels(asked, &mut sticky);
-        }
+        self.keep_levels(asked, &mut sticky);
         let rate = self.rate_of_cycle(asked)?;
         let repeat = repeats(asked)?;
         let first = self.target(asked, asked.free & !(1 << n), false)?.at;
@@ -149,7 +147,7 @@ impl State {
         let Some(before) = self.cycle.filter(|c| c.code == sticky.code) else {
             return;
         };
-        if before.relative == sticky.relative {
+        if before.relative == sticky.relative || !asked.rules.dialect.table().keeps_levels {
             return;
         }
         // An increment of R counts from the level before the series, one of the depth from R.

@@ -35,16 +35,7 @@ impl State {
         }
         let mut system = self.system_before(asked, word, number)?;
         if let Some(rotation) = asked.word(b'R') {
-            let g92 = self.offsets.g92;
-            let holds = number == self.offsets.selected();
-            if holds && rotation.value != system.rotation && (g92[0] != 0.0 || g92[1] != 0.0) {
-                return Err(unknown(
-                    rotation,
-                    "another rotation of the active system, under G92: LinuxCNC then takes the position for \
-                     another one",
-                    "write G92.1 before it",
-                ));
-            }
+            self.may_turn(rotation, number, &system)?;
             system.rotation = rotation.value;
         }
         if kind == Some(20) && !further {
@@ -86,6 +77,21 @@ impl State {
             ));
         }
         Ok(System::default())
+    }
+
+    /// The active system must not get another rotation under G92.
+    fn may_turn(&self, rotation: &Word, number: Number, system: &System) -> Result<(), Fault> {
+        let [x, y, ..] = self.offsets.g92;
+        let holds = number == self.offsets.selected();
+        if !holds || rotation.value == system.rotation || (x == 0.0 && y == 0.0) {
+            return Ok(());
+        }
+        Err(unknown(
+            rotation,
+            "another rotation of the active system, under G92: LinuxCNC then takes the position for \
+             another one",
+            "write G92.1 before it",
+        ))
     }
 
     /// G10 L1: the offsets of a tool, as they are written. They hold from its next G43 on.

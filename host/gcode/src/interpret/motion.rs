@@ -43,18 +43,7 @@ impl State {
     pub(super) fn do_motion(&mut self, asked: &Asked<'_>, step: &mut Step) -> Result<(), Fault> {
         let motion = self.motion_of(asked);
         match asked.motion {
-            Some((Code::NoMotion, word)) => {
-                self.motion = None;
-                self.cycle = None;
-                return match asked.free {
-                    0 => Ok(()),
-                    _ => Err(Fault::new(
-                        word.span(),
-                        "axes in a line with G80",
-                        "write two lines",
-                    )),
-                };
-            }
+            Some((Code::NoMotion, word)) => return self.end_motion(asked, word),
             Some((Code::Probe, word)) => return self.probe(asked, word, step),
             Some((Code::Threading(tenths), word)) => {
                 asked.machine_coordinates.map_or(Ok(()), alone)?;
@@ -90,6 +79,20 @@ impl State {
             }
         });
         Ok(())
+    }
+
+    /// G80 where cycles are motions.
+    fn end_motion(&mut self, asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
+        self.motion = None;
+        self.cycle = None;
+        match asked.free {
+            0 => Ok(()),
+            _ => Err(Fault::new(
+                word.span(),
+                "axes in a line with G80",
+                "write two lines",
+            )),
+        }
     }
 
     /// G38: where it ends is not known.
@@ -332,8 +335,7 @@ impl State {
             to.set(0, x);
             to.set(1, y);
         }
-        let single = if turned { words & !0b11 } else { words };
-        for axis in bits(single) {
+        for axis in bits(if turned { words & !0b11 } else { words }) {
             to.set(axis, self.target_of_axis(asked, axis, first)?);
         }
         Ok(to)

@@ -146,10 +146,10 @@ impl Block {
             (false, _) => start + length,
         };
         if let Some((_, value)) = TRANSFORMATIONS.iter().find(|(turn, _)| *turn == name) {
-            return self.add(pseudo(b'M', *value, start, end));
+            return self.add(Word::meant(b'M', *value, start, end));
         }
         match name.as_str() {
-            "SUPA" => self.add(pseudo(b'G', 53.0, start, start + length)),
+            "SUPA" => self.add(Word::meant(b'G', 53.0, start, start + length)),
             name if NEUTRAL.contains(&name) || self.ends_frame(name, &line[end..]) => {
                 self.has_text = true;
                 Ok(end)
@@ -204,14 +204,9 @@ impl Block {
             .kind(Kind::Expression)
         })?;
         self.add(Word {
-            letter,
-            value: number.value,
-            start,
-            number: value,
             end: number.end + usize::from(counts_from.is_some()),
-            decimals: number.decimals,
-            point: number.point,
             distance: counts_from.map(|(distance, _)| distance),
+            ..Word::with_number(letter, start, value, &number)
         })
     }
 
@@ -227,7 +222,12 @@ impl Block {
         };
         let name = String::from_utf8_lossy(&rest[..length]).into_owned();
         let number = name.parse().unwrap_or_else(|_| number_of_name(&name));
-        self.add(pseudo(b'T', f64::from(number), start, quote + length + 2))
+        self.add(Word::meant(
+            b'T',
+            f64::from(number),
+            start,
+            quote + length + 2,
+        ))
     }
 }
 
@@ -254,20 +254,6 @@ fn unfollowed(name: &str, is_label: bool, span: std::ops::Range<usize>) -> Fault
         )
     };
     Fault::new(span, cause, remedy).kind(Kind::Word)
-}
-
-/// A word whose bytes are not a letter and a number.
-fn pseudo(letter: u8, value: f64, start: usize, end: usize) -> Word {
-    Word {
-        letter,
-        value,
-        start,
-        number: start,
-        end,
-        decimals: 0,
-        point: false,
-        distance: None,
-    }
 }
 
 /// What a value counts from that stands in AC( ) or IC( ), and where its number begins.

@@ -13,7 +13,7 @@ use crate::interpret::bits;
 use crate::modal::Motion;
 use crate::number;
 use crate::state::Rules;
-use crate::words::Word;
+use crate::words::{Block, Word};
 
 /// What the words of the line say already, and where others belong.
 #[derive(Default)]
@@ -110,13 +110,7 @@ impl Corrector<'_> {
             change.timing,
             Some(change.wanted),
         )?;
-        let feed_changes = match given.block.word(b'F') {
-            Some(word) => wording
-                .feed
-                .is_some_and(|feed| !same_feed(feed / self.nominal.feed_unit, word.value)),
-            None => self.feed_word(&wording).is_some(),
-        };
-        if feed_changes {
+        if self.feed_changes(given.block, &wording) {
             self.needs_feed_point(given.block)?;
         }
         let mut line = RewrittenLine {
@@ -143,6 +137,16 @@ impl Corrector<'_> {
         self.follow(&out[from..], Some(&ends))?;
         self.note(Self::role(change.piece));
         Ok(())
+    }
+
+    /// True if the line gets an F that it does not have.
+    fn feed_changes(&self, block: &Block, wording: &Wording) -> bool {
+        match block.word(b'F') {
+            Some(word) => wording
+                .feed
+                .is_some_and(|feed| !same_feed(feed / self.nominal.feed_unit, word.value)),
+            None => self.feed_word(wording).is_some(),
+        }
     }
 
     /// Changes or removes a word of the line.
