@@ -180,6 +180,21 @@ impl<'a> CheckState<'a> {
                 format!("axes={known}"),
             );
         }
+        self.joints_named(&given, &known, &letters, &place);
+        let file = loaded.parameter("file").unwrap_or("");
+        if (self.against.is_file)(file) == Some(false) {
+            self.warn(
+                &place,
+                format!("file={file} is another file than the one that is checked"),
+                "file= with the path of that".to_owned(),
+            );
+        }
+        self.covered(&given)
+    }
+
+    /// The letters of axes= against those of the module (`known`) and of the compensation (`letters`).
+    fn joints_named(&mut self, given: &str, known: &str, letters: &str, place: &FileLocation) {
+        let configuration = self.configuration;
         for (number, letter) in given.chars().enumerate() {
             let expected = known.chars().nth(number);
             if letter != '-' && !letters.contains(letter) {
@@ -207,15 +222,6 @@ impl<'a> CheckState<'a> {
                 break;
             }
         }
-        let file = loaded.parameter("file").unwrap_or("");
-        if (self.against.is_file)(file) == Some(false) {
-            self.warn(
-                &place,
-                format!("file={file} is another file than the one that is checked"),
-                "file= with the path of that".to_owned(),
-            );
-        }
-        self.covered(&given)
     }
 
     /// Joints with an axis of the compensation.

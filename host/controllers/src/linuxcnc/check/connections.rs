@@ -59,7 +59,7 @@ impl CheckState<'_> {
             return;
         }
         let place = hal.signals.get(&pin).or_else(|| hal.signals.get(&joint));
-        let place = place.map_or(&loaded, |(_, command)| &command.place).clone();
+        let place = place.map_or(loaded, |(_, command)| &command.place).clone();
         let motor = format!("joint.{number}.motor-pos-cmd");
         let wrong = from.and_then(|signal| hal.pins(signal).find(|p| **p == *motor));
         let reason = match (wrong, from) {

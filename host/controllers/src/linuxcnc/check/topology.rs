@@ -26,17 +26,8 @@ impl CheckState<'_> {
         let module = self.configuration.module.clone();
         let letters = self.letters();
         let rotary: String = letters.chars().filter(|l| "ABC".contains(*l)).collect();
-        if let Some(machine) = self.against.machine {
-            let of_machine: String = machine.axes.iter().map(|a| a.letter.char()).collect();
-            let compiled = self.against.runtime.compensation().machine();
-            if machine.name != compiled || of_machine != letters {
-                self.refuse(
-                    &module.place,
-                    format!("the compensation was made for the machine `{compiled}` with axes {letters}, the machine file describes `{}` with axes {of_machine}", machine.name),
-                    "--machine with the file from which the compensation was made".to_owned(),
-                );
-                return;
-            }
+        if !self.is_made_for_machine(&letters) {
+            return;
         }
         self.linear();
         // Other modules are refused before.
@@ -75,6 +66,24 @@ impl CheckState<'_> {
         if !shape.workpiece.is_empty() {
             self.offsets(machine, shape);
         }
+    }
+
+    /// False if the machine file is of another machine than the compensation, whose axes are `letters`.
+    fn is_made_for_machine(&mut self, letters: &str) -> bool {
+        let Some(machine) = self.against.machine else {
+            return true;
+        };
+        let of_machine: String = machine.axes.iter().map(|a| a.letter.char()).collect();
+        let compiled = self.against.runtime.compensation().machine();
+        if machine.name == compiled && of_machine == letters {
+            return true;
+        }
+        self.refuse(
+            &self.configuration.module.place.clone(),
+            format!("the compensation was made for the machine `{compiled}` with axes {letters}, the machine file describes `{}` with axes {of_machine}", machine.name),
+            "--machine with the file from which the compensation was made".to_owned(),
+        );
+        false
     }
 
     /// Linear axes whose positive command moves the tool the negative way: LinuxCNC counts what the tool does.
