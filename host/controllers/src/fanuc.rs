@@ -116,14 +116,19 @@ pub fn export(
     let read = read(&text).map_err(FanucError::Read)?;
     let again = read.grid();
     let found = differences(runtime, &commands, |command| {
-        let position = inputs.map(|axis| f64::from(command.axes[axis]));
-        let mut correction = [0.0; MAX_AXES];
-        for (axis, value) in inputs.into_iter().zip(again.at(&position)) {
-            correction[axis] = value;
-        }
-        correction
+        correction(&again, command, inputs)
     });
     Ok((read, text, found))
+}
+
+/// What the control adds to a command.
+fn correction(grid: &SampledGrid<3>, command: &Command, inputs: [usize; 3]) -> [f64; MAX_AXES] {
+    let position = inputs.map(|axis| f64::from(command.axes[axis]));
+    let mut correction = [0.0; MAX_AXES];
+    for (axis, value) in inputs.into_iter().zip(grid.at(&position)) {
+        correction[axis] = value;
+    }
+    correction
 }
 
 /// X, Y and Z, by their index.

@@ -172,18 +172,8 @@ impl Firmware {
         match self {
             Self::Klipper => {
                 let factor = |plane: &str| {
-                    let lengths = word(&format!("{plane}=")).ok_or_else(bad)?;
-                    let lengths: Vec<f64> = (lengths.split(','))
-                        .map(str::parse)
-                        .collect::<Result<_, _>>()
-                        .map_err(|_| bad())?;
-                    let [ac, bd, ad] = lengths[..] else {
-                        return Err(bad());
-                    };
-                    // The angle at A, by the law of cosines.
-                    let side = (2.0 * ac * ac + 2.0 * bd * bd - 4.0 * ad * ad).sqrt() / 2.0;
-                    let cosine = (ac * ac - side * side - ad * ad) / (2.0 * side * ad);
-                    Ok(libm::tan(std::f64::consts::FRAC_PI_2 - libm::acos(cosine)))
+                    let lengths = word(&format!("{plane}="));
+                    lengths.and_then(factor_of_lengths).ok_or_else(bad)
                 };
                 Ok(of_factors(factor("XY")?, factor("XZ")?, factor("YZ")?))
             }
@@ -198,6 +188,19 @@ impl Firmware {
             }
         }
     }
+}
+
+/// A factor of Klipper from the lengths of two diagonals and a side.
+fn factor_of_lengths(lengths: &str) -> Option<f64> {
+    let lengths = lengths.split(',').map(str::parse);
+    let lengths: Vec<f64> = lengths.collect::<Result<_, _>>().ok()?;
+    let [ac, bd, ad] = lengths[..] else {
+        return None;
+    };
+    // The angle at A, by the law of cosines.
+    let side = (2.0 * ac * ac + 2.0 * bd * bd - 4.0 * ad * ad).sqrt() / 2.0;
+    let cosine = (ac * ac - side * side - ad * ad) / (2.0 * side * ad);
+    Some(libm::tan(std::f64::consts::FRAC_PI_2 - libm::acos(cosine)))
 }
 
 impl Firmware {

@@ -99,16 +99,14 @@ fn converted(
         tolerance: options.tolerance,
         long: options.long,
     };
-    let mut outputs: Vec<Output> = Vec::new();
-    outputs.resize_with(axes.axes.len(), Output::default);
+    let outputs = axes.axes.iter().map(|_| Output::default());
+    let mut outputs: Vec<Output> = outputs.collect();
     let mut long = Vec::new();
     for term in terms {
-        let (output, weight) = (term.output, term.weight);
+        let output = term.output;
         if term.adjustable && term.factors.len() != 1 {
-            notes.push(Note::Fixed {
-                output: axes.letter(output),
-                weight,
-            });
+            let (output, weight) = (axes.letter(output), term.weight);
+            notes.push(Note::Fixed { output, weight });
         }
         if let Some(normal) = form.normal(term, notes, &mut long)? {
             outputs[output].take(normal);

@@ -143,10 +143,8 @@ impl<'t> CecReader<'t, '_> {
                  $AA_ENC_COMP_STEP[encoder,axis], with whole numbers from 0",
             ));
         };
-        let raw = self
-            .raw
-            .entry(key)
-            .or_insert_with(|| Raw::new(span.clone()));
+        let first = || Raw::new(span.clone());
+        let raw = self.raw.entry(key).or_insert_with(first);
         let before = match is_value {
             true => raw.values.insert(place, (value, span.clone())),
             false => raw.settings.insert(what, (value, span.clone())),
@@ -265,19 +263,14 @@ impl<'t> CecReader<'t, '_> {
             tables.push(made.map_err(|error| left_out(error, self.gap.as_ref()))?);
         }
         if let Some(gap) = self.gap {
-            return Err(FileError::at(
-                gap,
-                "this is not understood: no value is missing here",
-                "here",
-                "leave it out, or write the values",
-            ));
+            let cause = "this is not understood: no value is missing here";
+            let remedy = "leave it out, or write the values";
+            return Err(FileError::at(gap, cause, "here", remedy));
         }
-        if tables.len() > MOST_TABLES {
+        let count = tables.len();
+        if count > MOST_TABLES {
             return Err(FileError::whole(
-                format!(
-                    "the file has {} tables, and a compensation file at most 255",
-                    tables.len()
-                ),
+                format!("the file has {count} tables, and a compensation file at most 255"),
                 "import the tables of some axes at a time",
             ));
         }
@@ -285,10 +278,11 @@ impl<'t> CecReader<'t, '_> {
         check_products(&tables, &raw, self.reading, units)?;
         plausibility::doubts(&tables, &raw, self.reading.axes, &mut doubts);
         // Converted like all lengths of the file.
-        for limit in &mut self.limits {
-            if limit.limited == Limited::Sum && !self.reading.axes.is_rotary(limit.axis) {
-                limit.value *= units.map_or(1.0, LengthUnit::mm);
-            }
+        let is_length = |limit: &&mut CorrectionLimit| {
+            limit.limited == Limited::Sum && !self.reading.axes.is_rotary(limit.axis)
+        };
+        for limit in self.limits.iter_mut().filter(is_length) {
+            limit.value *= units.map_or(1.0, LengthUnit::mm);
         }
         Ok(CecContent {
             tables,

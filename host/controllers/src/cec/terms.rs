@@ -46,10 +46,9 @@ impl ConversionForm<'_> {
         let mut functions = Vec::new();
         for same in factors {
             let own: f64 = same.iter().map(AxisFunction::peak).product();
-            let gain = if own > 0.0 {
-                (weight * whole / own).abs()
-            } else {
-                0.0
+            let gain = match own > 0.0 {
+                true => (weight * whole / own).abs(),
+                false => 0.0,
             };
             match self.one(output, same, gain, notes)? {
                 Some(function) => functions.push(function),
@@ -59,18 +58,15 @@ impl ConversionForm<'_> {
         if functions.len() > 2 {
             let cost = self.lost(output, weight, &functions);
             match self.long {
-                LongProducts::Refuse => {
-                    long.push(cost);
-                    return Ok(None);
-                }
-                LongProducts::Drop => {
-                    notes.push(Note::Dropped(cost));
-                    return Ok(None);
-                }
+                LongProducts::Refuse => long.push(cost),
+                LongProducts::Drop => notes.push(Note::Dropped(cost)),
                 LongProducts::Hold => {
                     notes.push(Note::Held(cost));
                     weight = hold(&mut functions, weight);
                 }
+            }
+            if functions.len() > 2 {
+                return Ok(None);
             }
         }
         let mut functions = functions.into_iter();

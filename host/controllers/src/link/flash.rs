@@ -173,11 +173,13 @@ pub fn flash<P: Port>(
             (slot, sequence, Some(resumed))
         }
     };
-    let mut activated = Activated::No;
-    if activate {
-        progress.stage("changing over", 0);
-        activated = change_over(client, slot, force)?;
-    }
+    let activated = match activate {
+        true => {
+            progress.stage("changing over", 0);
+            change_over(client, slot, force)?
+        }
+        false => Activated::No,
+    };
     Ok(UploadOutcome {
         slot,
         sequence,

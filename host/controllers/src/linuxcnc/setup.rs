@@ -467,14 +467,11 @@ fn table(
         }
     });
     let offset = value("tool-offset") * mm;
-    (
-        entries.collect(),
-        if offset > 0.0 {
-            rounded(-offset)
-        } else {
-            -100.0
-        },
-    )
+    let tip = match offset > 0.0 {
+        true => rounded(-offset),
+        false => -100.0,
+    };
+    (entries.collect(), tip)
 }
 
 /// A fork head.

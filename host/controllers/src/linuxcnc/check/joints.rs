@@ -61,12 +61,9 @@ impl CheckState<'_> {
         let JointAxis { number, letter } = joint;
         let kept = self.configuration.kept(letter);
         if !kept.is_empty() {
-            for (_, entry) in kept.iter().filter(|(of, _)| of.number == number) {
-                if reverses || corrected {
-                    self.kept(joint, entry, reverses);
-                }
-            }
-            return;
+            let own = kept.iter().filter(|(of, _)| of.number == number);
+            let own = own.filter(|_| reverses || corrected);
+            return own.for_each(|(_, entry)| self.kept(joint, entry, reverses));
         }
         if let Some(file) = self.configuration.of_joint(number, "COMP_FILE")
             && !file.value.is_empty()

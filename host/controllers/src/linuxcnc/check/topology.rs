@@ -25,7 +25,9 @@ impl CheckState<'_> {
     pub(super) fn topology(&mut self) {
         let module = self.configuration.module.clone();
         let letters = self.letters();
-        let rotary: String = letters.chars().filter(|l| "ABC".contains(*l)).collect();
+        let rotary_of =
+            |text: &str| -> String { text.chars().filter(|l| "ABC".contains(*l)).collect() };
+        let rotary = rotary_of(&letters);
         if !self.is_made_for_machine(&letters) {
             return;
         }
@@ -34,11 +36,8 @@ impl CheckState<'_> {
         let Some(shape) = ModuleShape::of(&module.name) else {
             return;
         };
-        let rotary_of =
-            |text: &str| -> String { text.chars().filter(|l| "ABC".contains(*l)).collect() };
         let expected = rotary_of(shape.letters);
-        let same = expected.chars().all(|l| rotary.contains(l)) && rotary.len() == expected.len();
-        if !same {
+        if rotary.len() != expected.len() || !expected.chars().all(|l| rotary.contains(l)) {
             self.refuse(
                 &module.place,
                 format!("{} is for rotary axes {expected}, the compensation has {}", module.name, if rotary.is_empty() { "none" } else { &rotary }),
@@ -50,11 +49,7 @@ impl CheckState<'_> {
             return;
         };
         let found = [Branch::Workpiece, Branch::Tool].map(|b| ModuleShape::rotary(machine, b));
-        let is = [
-            Some(shape.workpiece.to_owned()),
-            Some(shape.tool.to_owned()),
-        ];
-        if found != is {
+        if found != [shape.workpiece, shape.tool].map(|letters| Some(letters.to_owned())) {
             self.refuse(
                 &module.place,
                 format!("{} is for {}, but the machine is {}", module.name, shape.words(), machine.topology()),
