@@ -4,7 +4,7 @@
 //! linearly between them; outside, the edge holds. A row of `points` goes along X. What `SAVE_CONFIG` writes begins with
 //! `#*#`. Source: `bed_mesh.py` of Klipper.
 
-use super::config::{ConfigSection, sections};
+use super::config::{ConfigEntry, ConfigSection, sections};
 use crate::height_map::{HeightMap, rows};
 use crate::sampled::{Nodes, SampledGrid};
 use crate::text_lines::TextLine;
@@ -52,7 +52,14 @@ pub fn read(text: &str, profile: Option<&str>) -> Result<HeightMap, FileError> {
         nodes(section, "min_x", "max_x", "x_count")?,
         nodes(section, "min_y", "max_y", "y_count")?,
     ];
-    let points = section.option("points")?;
+    Ok(HeightMap::new(SampledGrid {
+        values: values(section.option("points")?, &nodes)?,
+        nodes: nodes.to_vec(),
+    }))
+}
+
+/// The values at the points, row by row.
+fn values(points: &ConfigEntry<'_>, nodes: &[Nodes; 2]) -> Result<Vec<[f64; 1]>, FileError> {
     let mut values = Vec::new();
     let rows: Vec<&TextLine<'_>> = points
         .more
@@ -79,10 +86,7 @@ pub fn read(text: &str, profile: Option<&str>) -> Result<HeightMap, FileError> {
             "give the profile as Klipper stores it",
         ));
     }
-    Ok(HeightMap::new(SampledGrid {
-        nodes: nodes.to_vec(),
-        values,
-    }))
+    Ok(values)
 }
 
 /// The profile of this name, or the only one.

@@ -152,11 +152,10 @@ pub fn control<P: Port>(client: &mut Client<P>, action: &Action) -> Result<Done,
         }
         Action::DryRun(on) => client.set(&Request::DryRun(on))?,
         Action::ToolLength(length) => {
-            finite(length)?;
-            client.set(&Request::ToolLength(length))?;
+            client.set(&Request::ToolLength(finite(length)?))?;
         }
         Action::Weight { term, value } => {
-            finite(value)?;
+            let value = finite(value)?;
             let set = client.set(&Request::SetWeight { term, value });
             if let Err(LinkError::Refused(Refusal::Weight(WeightError::NotAdjustable))) = set {
                 let known = before.weights.iter().map(|weight| weight.term).collect();
@@ -167,8 +166,7 @@ pub fn control<P: Port>(client: &mut Client<P>, action: &Action) -> Result<Done,
         Action::Activate { slot, force } => activate(client, slot, force)?,
         Action::Rollback { force } => {
             let at_start = before.at_start;
-            let candidates = [at_start.before, at_start.in_use];
-            let mut candidates = candidates.into_iter().flatten();
+            let mut candidates = [at_start.before, at_start.in_use].into_iter().flatten();
             let other = candidates.find(|slot| before.controller.active != Some(*slot));
             activate(client, other.ok_or(ControlError::NothingBefore)?, force)?;
         }
@@ -193,9 +191,9 @@ fn mask(letters: &str, axes: &str) -> Result<u16, ControlError> {
     })
 }
 
-fn finite(value: f32) -> Result<(), ControlError> {
+fn finite(value: f32) -> Result<f32, ControlError> {
     match value.is_finite() {
-        true => Ok(()),
+        true => Ok(value),
         false => Err(ControlError::NotFinite(value)),
     }
 }
