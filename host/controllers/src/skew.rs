@@ -269,73 +269,107 @@ pub fn skew(
         let found = runtime.evaluate(command);
         [x, y, z].map(|i| f64::from(found[i]))
     });
-    let at: Vec<[f64; 3]> = (commands.iter())
-        .map(|command| [x, y, z].map(|i| f64::from(command.axes[i])))
-        .collect();
-    let by = linear(&at, &corrections);
-    // A rotation r adds r × p; Y and Z then do not depend on the axes before them.
-    let turned = [by[2][1], -by[2][0], by[1][0]];
-    let scale = [0, 1, 2].map(|k| by[k][k]);
-    let wanted = Skew {
-        x_by_y: by[0][1] + turned[2],
-        x_by_z: by[0][2] - turned[1],
-        y_by_z: by[1][2] + turned[0],
-    };
-    let lines = firmware.print(&wanted)?;
+    let position = |command: &Command| [x, y, z].map(|i| f64::from(command.axes[i]));
+    let at: Vec<[f64; 3]> = commands.iter().map(position).collect();
+    let part = LinearPart::of(&at, &corrections);
+    let lines = firmware.print(&part.skew)?;
     let skew = firmware.read(&lines)?;
-    let rotation = |output: usize, p: &[f64; 3]| {
-        let [j, k] = [(output + 1) % 3, (output + 2) % 3];
-        turned[j] * p[k] - turned[k] * p[j]
-    };
-    let heights = |points: [usize; 2]| {
-        let rest = OtherAxes::new(axes, &[x, y], &commands);
-        let nodes = [(x, points[0]), (y, points[1])]
-            .map(|(axis, count)| Nodes::over(travel(&axes[axis]), count));
-        HeightMap::new(SampledGrid::of(&nodes, |p| {
-            let set = |command: &mut Command| {
-                *command = without_direction(command);
-                command.axes[x] = p[0] as f32;
-                command.axes[y] = p[1] as f32;
-            };
-            rest.middle(set, |command| {
-                let at = [x, y, z].map(|i| f64::from(command.axes[i]));
-                [f64::from(runtime.evaluate(command)[z]) - rotation(2, &at)]
-            })
-        }))
-    };
-    let (map, by_map) = match points {
-        Some(points) => {
-            let (text, read) = firmware.height_map(&heights(points))?;
-            (Some(text), Some(read))
-        }
-        None => (None, None),
-    };
-    let of = |output: usize| {
-        let by_skew = |p: &[f64; 3]| match output {
-            0 => skew.x_by_y * p[1] + skew.x_by_z * p[2],
-            1 => skew.y_by_z * p[2],
-            _ => (by_map.as_ref()).map_or(0.0, |map| firmware.height(map, [p[0], p[1]])),
-        };
-        let without_rotation = |row: usize| corrections[row][output] - rotation(output, &at[row]);
-        let half_range = |left: &dyn Fn(usize) -> f64| half_range_um((0..at.len()).map(left));
-        RemainingOnAxis {
-            largest_um: half_range(&|row| without_rotation(row)),
-            left_um: half_range(&|row| without_rotation(row) - by_skew(&at[row])),
-            left_with_steps_um: half_range(&|row| {
-                without_rotation(row) - by_skew(&at[row]) - scale[output] * at[row][output]
-            }),
-        }
+    let map = points.map(|points| heights(runtime, [x, y, z], points, &commands, &part));
+    let map = map.map(|map| firmware.height_map(&map)).transpose()?;
+    let (map, by_map) = map.unzip();
+    let by_text = |output: usize, p: &[f64; 3]| match output {
+        0 => skew.x_by_y * p[1] + skew.x_by_z * p[2],
+        1 => skew.y_by_z * p[2],
+        _ => (by_map.as_ref()).map_or(0.0, |map| firmware.height(map, [p[0], p[1]])),
     };
     let found = SkewFound {
         at_ends_um: (firmware == Firmware::Marlin)
             .then(|| at_ends_um(&skew, [y, z].map(|i| travel(&axes[i])))),
         skew,
-        steps: scale.map(|s| 1.0 + s),
-        turned_urad: turned.map(|t| t * 1e6),
-        axes: [of(0), of(1), of(2)],
+        steps: part.scale.map(|s| 1.0 + s),
+        turned_urad: part.turned.map(|t| t * 1e6),
+        axes: [0, 1, 2]
+            .map(|output| part.remaining(output, &at, &corrections, |p| by_text(output, p))),
         positions,
     };
     Ok((SkewWritten { lines, map }, found))
+}
+
+/// The correction of Z over X and Y without the rotation of the work.
+fn heights(
+    runtime: &Runtime<'_>,
+    [x, y, z]: [usize; 3],
+    points: [usize; 2],
+    commands: &[Command],
+    part: &LinearPart,
+) -> HeightMap {
+    let axes = runtime.compensation().axes();
+    let rest = OtherAxes::new(axes, &[x, y], commands);
+    let nodes = [(x, points[0]), (y, points[1])]
+        .map(|(axis, count)| Nodes::over(travel(&axes[axis]), count));
+    HeightMap::new(SampledGrid::of(&nodes, |p| {
+        let set = |command: &mut Command| {
+            *command = without_direction(command);
+            command.axes[x] = p[0] as f32;
+            command.axes[y] = p[1] as f32;
+        };
+        rest.middle(set, |command| {
+            let at = [x, y, z].map(|i| f64::from(command.axes[i]));
+            [f64::from(runtime.evaluate(command)[z]) - part.rotation(2, &at)]
+        })
+    }))
+}
+
+/// The linear part of corrections.
+struct LinearPart {
+    skew: Skew,
+    /// Scales of X, Y and Z.
+    scale: [f64; 3],
+    /// Rotation of the work.
+    turned: [f64; 3],
+}
+
+impl LinearPart {
+    fn of(at: &[[f64; 3]], corrections: &[[f64; 3]]) -> Self {
+        let by = linear(at, corrections);
+        // A rotation r adds r × p; Y and Z then do not depend on the axes before them.
+        let turned = [by[2][1], -by[2][0], by[1][0]];
+        Self {
+            skew: Skew {
+                x_by_y: by[0][1] + turned[2],
+                x_by_z: by[0][2] - turned[1],
+                y_by_z: by[1][2] + turned[0],
+            },
+            scale: [0, 1, 2].map(|k| by[k][k]),
+            turned,
+        }
+    }
+
+    /// What the rotation adds at a position.
+    fn rotation(&self, output: usize, p: &[f64; 3]) -> f64 {
+        let [j, k] = [(output + 1) % 3, (output + 2) % 3];
+        self.turned[j] * p[k] - self.turned[k] * p[j]
+    }
+
+    /// What is left of corrections at some positions, but for the rotation.
+    fn remaining(
+        &self,
+        output: usize,
+        at: &[[f64; 3]],
+        corrections: &[[f64; 3]],
+        by_text: impl Fn(&[f64; 3]) -> f64,
+    ) -> RemainingOnAxis {
+        let without_rotation =
+            |row: usize| corrections[row][output] - self.rotation(output, &at[row]);
+        let half_range = |left: &dyn Fn(usize) -> f64| half_range_um((0..at.len()).map(left));
+        RemainingOnAxis {
+            largest_um: half_range(&|row| without_rotation(row)),
+            left_um: half_range(&|row| without_rotation(row) - by_text(&at[row])),
+            left_with_steps_um: half_range(&|row| {
+                without_rotation(row) - by_text(&at[row]) - self.scale[output] * at[row][output]
+            }),
+        }
+    }
 }
 
 /// The linear part of corrections, by least squares: of each output the factors of X, Y and Z, and a constant.

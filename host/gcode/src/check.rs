@@ -101,19 +101,23 @@ pub fn check(
         check.line(&before, &step, &roles, &mut after)?;
         check.position = before.state.position;
     }
-    let more = after.next_step().map_err(CheckError::Corrected)?;
-    if more.is_some() || !map.is_at_end() {
+    if after.next_step().map_err(CheckError::Corrected)?.is_some() || !map.is_at_end() {
         return Err(CheckError::More(after.number()));
     }
-    let mut found = check.found;
-    found.lines = [before.number(), after.number()];
-    if let (Some(path), true) = (&mut found.tool_path, check.exact.is_some()) {
-        path.sum_up(&check.spreads);
-    }
-    Ok(found)
+    Ok(check.result([before.number(), after.number()]))
 }
 
 impl Check<'_> {
+    /// All that was found, in so many lines of both programs.
+    fn result(self, lines: [u64; 2]) -> CheckResult {
+        let mut found = self.found;
+        found.lines = lines;
+        if let Some(path) = &mut found.tool_path {
+            path.sum_up(&self.spreads);
+        }
+        found
+    }
+
     /// A line of the program, and the lines that were written for it.
     fn line<R: BufRead, S: BufRead>(
         &mut self,

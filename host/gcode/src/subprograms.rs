@@ -235,10 +235,10 @@ impl<'t> Inliner<'t> {
                     "end the main program with M30, and subprograms with M99 alone",
                 ));
             }
-            self.without(at, &block, |other| other == word);
+            self.without(at, block, |other| other == word);
             return Ok(Some(Flow::Returned));
         }
-        let (to, times) = self.target(at, &block, word, call)?;
+        let (to, times) = self.target(at, block, word, call)?;
         if depth >= DEEPEST {
             return Err(self.refused(
                 at,
@@ -247,7 +247,7 @@ impl<'t> Inliner<'t> {
                 "check which subprogram calls itself",
             ));
         }
-        self.without(at, &block, |other| {
+        self.without(at, block, |other| {
             other == word || b"PL".contains(&other.letter)
         });
         for _ in 0..times {

@@ -249,7 +249,7 @@ fn a_measuring_system_is_read_once_it_is_said_what_its_values_are() {
     assert!(error.message.contains("both encoders"), "{error}");
 }
 
-/// What of the file of a table becomes what, the line of the error, and a part of its message.
+/// A text in the file of a table, what it becomes, the line of the error, and a part of its message.
 const NOT_UNDERSTOOD: &str = r"$AN_CEC[0,1]=0.002 | ... | 5 | value 1 of table 0 is missing
 $AN_CEC[0,2]=-0.001\n | | 4 | value 2 of table 0 is missing
 [0,2] | [0,7] | 4 | values 2 to 6 of table 0 are missing

@@ -1,7 +1,7 @@
 //! Converts the text of a file to tables.
 
 use super::CecTable;
-use super::axes::unknown_axis;
+use super::axes::{NamedAxes, unknown_axis};
 use super::multiplied::check_products;
 use super::plausibility;
 use super::raw::{HIGHEST, MISSING, Raw, number};
@@ -34,6 +34,15 @@ pub struct CorrectionLimit {
     pub value: f64,
     /// Place in the file.
     pub span: Range<usize>,
+}
+
+impl CorrectionLimit {
+    /// Lengths are converted like all of the file.
+    fn convert(&mut self, axes: &NamedAxes, to_mm: f64) {
+        if self.limited == Limited::Sum && !axes.is_rotary(self.axis) {
+            self.value *= to_mm;
+        }
+    }
 }
 
 /// What a [`CorrectionLimit`] limits.
@@ -277,13 +286,10 @@ impl<'t> CecReader<'t, '_> {
         let raw: Vec<&Raw<'_>> = self.raw.values().collect();
         check_products(&tables, &raw, self.reading, units)?;
         plausibility::doubts(&tables, &raw, self.reading.axes, &mut doubts);
-        // Converted like all lengths of the file.
-        let is_length = |limit: &&mut CorrectionLimit| {
-            limit.limited == Limited::Sum && !self.reading.axes.is_rotary(limit.axis)
-        };
-        for limit in self.limits.iter_mut().filter(is_length) {
-            limit.value *= units.map_or(1.0, LengthUnit::mm);
-        }
+        let to_mm = units.map_or(1.0, LengthUnit::mm);
+        self.limits
+            .iter_mut()
+            .for_each(|limit| limit.convert(self.reading.axes, to_mm));
         Ok(CecContent {
             tables,
             doubts,

@@ -199,20 +199,20 @@ impl<'a> CheckState<'a> {
             let expected = known.chars().nth(number);
             if letter != '-' && !letters.contains(letter) {
                 self.refuse(
-                    &place,
+                    place,
                     format!("joint {number} has the axis {letter} in axes={given}, which the compensation does not have: its axes are {letters}"),
                     "axes= with - for this joint, if it is not to be corrected".to_owned(),
                 );
             } else if letter != '-' && expected.is_some_and(|e| e != letter) {
                 let expected = expected.unwrap_or(' ');
                 self.refuse(
-                    &place,
+                    place,
                     format!("joint {number} has the axis {letter} in axes={given}, but {expected} in {}", configuration.module.name),
                     format!("axes={known}"),
                 );
             } else if number >= configuration.joints {
                 self.refuse(
-                    &place,
+                    place,
                     format!(
                         "axes={given} names more joints than [KINS]JOINTS, {}",
                         configuration.joints

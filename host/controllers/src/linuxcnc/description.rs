@@ -73,6 +73,20 @@ impl AxisLines {
         };
     }
 
+    /// The travel, with a margin, so that the soft limits are inside by the largest correction.
+    fn add_range(&mut self, range: Option<(f64, f64)>, endless: bool, rotary: bool) {
+        if endless {
+            self.add("range", "[-180.0, 180.0]", "an axis without end");
+            self.add("modulo", "true", "");
+        } else if let Some((low, high)) = range {
+            let (margin, unit) = (margin(rotary), if rotary { "deg" } else { "mm" });
+            let ends = [rounded(low - margin), rounded(high + margin)];
+            let remark =
+                format!("the soft limits and {margin:?} {unit} on either side, for the correction");
+            self.add("range", format!("{ends:?}"), &remark);
+        }
+    }
+
     /// The largest speed and accelerations. Joints of one axis move together, as the slowest of them can.
     fn add_speeds(&mut self, configuration: &Configuration, joint: JointAxis, unit: &str) {
         let joints = configuration.axes();
@@ -122,22 +136,7 @@ fn axis(configuration: &Configuration, entry: &DescribedAxis) -> String {
         lines.add("origin_mm", format!("{origin:?}"), "");
     }
     let range = range(configuration, entry.joint);
-    match range {
-        _ if configuration.is_endless(entry.joint) => {
-            lines.add("range", "[-180.0, 180.0]", "an axis without end");
-            lines.add("modulo", "true", "");
-        }
-        // With a margin, so that the soft limits are inside by the largest correction.
-        Some((low, high)) => {
-            let margin = margin(rotary);
-            let ends = [rounded(low - margin), rounded(high + margin)];
-            let remark =
-                format!("the soft limits and {margin:?} {unit} on either side, for the correction");
-            lines.add("range", format!("{ends:?}"), &remark);
-        }
-        // Refused before.
-        None => {}
-    }
+    lines.add_range(range, configuration.is_endless(entry.joint), rotary);
     if entry.reversed {
         let remark = "a positive command moves the carriage the negative way";
         lines.add("reversed", "true", remark);

@@ -195,10 +195,8 @@ fn joint(configuration: &Configuration, number: usize, letter: char) -> String {
 /// Brings the component between the motion controller and the drive of a joint.
 fn motor(hal: &Hal, number: usize) -> String {
     let ours = |pin: &str| format!("trueaxis.joint.{number}.{pin}");
-    let (command, feedback) = (
-        format!("joint.{number}.motor-pos-cmd"),
-        format!("joint.{number}.motor-pos-fb"),
-    );
+    let command = format!("joint.{number}.motor-pos-cmd");
+    let feedback = format!("joint.{number}.motor-pos-fb");
     let mut text = String::new();
     let (drive, back) = (hal.signal(&command), hal.signal(&feedback));
     for pin in [(&command, drive), (&feedback, back)] {

@@ -19,7 +19,7 @@ struct SpindleAndCoolant {
 }
 
 impl SpindleAndCoolant {
-    /// True for a word of which, with one before it, the controller chooses which acts last.
+    /// True if a word before it acts on the same thing: which of both acts last is the choice of the controller.
     fn is_second(&mut self, word: &Word) -> bool {
         match word.tenths() {
             // M5 and M9 may wait for the end of the motion.

@@ -44,7 +44,7 @@ struct Destination {
 /// What a line says of an axis.
 enum AxisWord {
     None,
-    /// Its word goes.
+    /// The word that the line has goes.
     Goes,
     Says {
         value: f64,
