@@ -7,7 +7,7 @@
 //! with the parameters in its header, which says so. No control has run it.
 
 use crate::difference::{Difference, differences};
-use crate::positions::{random_of, travel};
+use crate::positions::{letters, random_of, travel, xyz};
 use crate::sampled::{Nodes, OtherAxes, SampledGrid, without_direction};
 use crate::text_lines::{TextLine, lines};
 use std::fmt::Write;
@@ -86,7 +86,7 @@ pub fn export(
     options: &FanucOptions,
 ) -> Result<(FanucTable, String, Vec<Difference>), FanucError> {
     let axes = runtime.compensation().axes();
-    let inputs = grid_axes(axes)?;
+    let inputs = xyz(axes).ok_or_else(|| FanucError::Axes(letters(axes)))?;
     let held = held(axes, inputs, &options.at)?;
     let hold = |command: &mut Command| {
         for (axis, position) in &held {
@@ -129,18 +129,6 @@ fn correction(grid: &SampledGrid<3>, command: &Command, inputs: [usize; 3]) -> [
         correction[axis] = value;
     }
     correction
-}
-
-/// X, Y and Z, by their index.
-fn grid_axes(axes: &[Axis]) -> Result<[usize; 3], FanucError> {
-    let index = |letter: u8| axes.iter().position(|axis| axis.name == letter);
-    match (index(b'X'), index(b'Y'), index(b'Z')) {
-        (Some(x), Some(y), Some(z)) => Ok([x, y, z]),
-        _ => {
-            let letters = axes.iter().map(|axis| char::from(axis.name));
-            Err(FanucError::Axes(letters.collect()))
-        }
-    }
 }
 
 /// Further axes, by their index, with the positions where they stay.

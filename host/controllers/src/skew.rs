@@ -9,12 +9,11 @@ pub mod measured;
 
 use crate::height_map::HeightMap;
 use crate::klipper::bed_mesh;
-use crate::positions::{random_of, travel};
+use crate::positions::{letters, random_of, travel, xyz};
 use crate::reprapfirmware;
 use crate::sampled::{Nodes, OtherAxes, SampledGrid, without_direction};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
-use trueaxis::Axis;
 use trueaxis_model::parallel;
 use trueaxis_model::source::FileError;
 use trueaxis_tables::validate::{Command, Runtime};
@@ -234,18 +233,6 @@ impl Firmware {
     }
 }
 
-/// The axes that these firmwares have, by their index in a compensation.
-fn indices(axes: &[Axis]) -> Result<[usize; 3], SkewError> {
-    let index = |letter: u8| axes.iter().position(|axis| axis.name == letter);
-    match (axes.len(), index(b'X'), index(b'Y'), index(b'Z')) {
-        (3, Some(x), Some(y), Some(z)) => Ok([x, y, z]),
-        _ => {
-            let letters = axes.iter().map(|axis| char::from(axis.name));
-            Err(SkewError::Axes(letters.collect()))
-        }
-    }
-}
-
 /// Takes the skew out of a compensation, writes it for a firmware, and compares that with the compensation at
 /// `positions` random positions over the travel. Returns the text and its effect.
 ///
@@ -263,7 +250,8 @@ pub fn skew(
     seed: u64,
 ) -> Result<(SkewWritten, SkewFound), SkewError> {
     let axes = runtime.compensation().axes();
-    let [x, y, z] = indices(axes)?;
+    let indices = xyz(axes).filter(|_| axes.len() == 3);
+    let [x, y, z] = indices.ok_or_else(|| SkewError::Axes(letters(axes)))?;
     let commands = random_of(runtime.compensation(), positions, seed);
     let corrections = parallel::map(&commands, |command| {
         let found = runtime.evaluate(command);

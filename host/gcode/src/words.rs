@@ -392,6 +392,12 @@ impl Block {
         self.add(Word::with_number(letter, start, number, &read))
     }
 
+    /// The axes that have words, a bit each.
+    pub(crate) fn axes(&self) -> u16 {
+        let axes = self.words.iter().filter_map(|w| axes::index(w.letter));
+        axes.fold(0, |mask, axis| mask | 1 << axis)
+    }
+
     /// Adds a word of a line; returns where it ends.
     fn add(&mut self, word: Word) -> Result<usize, Fault> {
         let (letter, end) = (word.letter, word.end);

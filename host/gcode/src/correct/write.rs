@@ -8,7 +8,7 @@ mod wording;
 use super::Corrector;
 use super::given::Given;
 use super::piece::{Piece, Shape, Timing};
-use crate::axes::{self, PerLetter};
+use crate::axes::PerLetter;
 use crate::codes::{Code, Machine};
 use crate::dialect::Dialect;
 use crate::fault::Fault;
@@ -72,9 +72,6 @@ impl Corrector<'_> {
         timing: &'p Timing,
         without_after: bool,
     ) -> Change<'p> {
-        let words = given.block.words.iter();
-        let axes = words.filter_map(|word| axes::index(word.letter));
-        let wanted = axes.fold(0, |mask, axis| mask | 1 << axis);
         let is_arc = matches!(
             self.nominal.motion,
             Some(Motion::Clockwise | Motion::Counterclockwise)
@@ -87,7 +84,7 @@ impl Corrector<'_> {
         Change {
             piece,
             timing,
-            wanted: wanted & !gone,
+            wanted: given.block.axes() & !gone,
             gone,
             without: match piece.shape {
                 _ if !is_arc => b"",

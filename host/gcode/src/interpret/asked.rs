@@ -1,7 +1,6 @@
 //! What the words of a line ask for, before anything is done.
 
 use super::unknown;
-use crate::axes;
 use crate::codes::{Code, Group, Length};
 use crate::fault::Fault;
 use crate::modal::{Motion, Units};
@@ -44,7 +43,7 @@ impl<'l> Asked<'l> {
             cancels: None,
             machine_coordinates: None,
             units: None,
-            axes: axis_words(block),
+            axes: block.axes(),
             free: 0,
             passes: false,
         };
@@ -236,12 +235,6 @@ fn second_taker(word: &Word) -> Fault {
         "two words in the line that take the axes",
         "write two lines",
     )
-}
-
-/// The axes that have words, a bit each.
-fn axis_words(block: &Block) -> u16 {
-    let axes = block.words.iter().filter_map(|w| axes::index(w.letter));
-    axes.fold(0, |mask, axis| mask | 1 << axis)
 }
 
 /// True if a word is passed although nobody knows it.
