@@ -93,7 +93,7 @@ impl<'a> Corrector<'a> {
         let mut nominal = State::new(rules);
         let ways = TravelDirections::new(tables, &nominal.position, &rules.setup.travel);
         if rules.tip {
-            let length = starts_at_tip(&nominal, rules, tables)?;
+            let length = length_at_start(&nominal, rules, tables)?;
             if let Some(tip) = tip {
                 nominal.position.at = tip.world(&nominal.position.at, length);
             }
@@ -378,7 +378,7 @@ fn fits_dialect(rules: &Rules) -> Result<(), String> {
 }
 
 /// The tool length of a program that begins under tool-centre-point control, if tables depend on it.
-fn starts_at_tip(
+fn length_at_start(
     nominal: &State,
     rules: &Rules,
     tables: &Tables<'_>,

@@ -87,7 +87,7 @@ impl State {
         step.others = named & !asked.free;
         self.do_once(&asked, step)?;
         if asked.free | step.others != asked.axes {
-            asked.moves_nothing()?;
+            asked.refuse_motion()?;
         }
         self.do_motion(&asked, step)?;
         if step.motion.is_some() {

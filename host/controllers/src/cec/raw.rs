@@ -172,7 +172,7 @@ impl<'t> Raw<'t> {
             if let Some((value, _)) = self.set(KnownVariable::Weight)? {
                 weight = value as f32;
             }
-            self.is_on(key)?;
+            self.check_enabled(key)?;
         }
         Ok(CecTable {
             input,
@@ -216,7 +216,7 @@ impl<'t> Raw<'t> {
     }
 
     /// A table must not be switched off.
-    fn is_on(&self, key: VariableKey) -> Result<(), FileError> {
+    fn check_enabled(&self, key: VariableKey) -> Result<(), FileError> {
         match self.set(KnownVariable::Enable)? {
             Some((value, span)) if value != 1.0 => Err(FileError::at(
                 span,

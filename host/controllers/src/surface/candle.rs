@@ -23,7 +23,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
     let mut lines = all.iter();
     let signed = text.trim_start_matches('\u{feff}').starts_with(SIGNATURE);
     if signed {
-        is_known(next(&mut lines)?)?;
+        check_version(next(&mut lines)?)?;
     }
     let [x, y, width, height] = numbers(next(&mut lines)?)?;
     if signed {
@@ -83,7 +83,7 @@ fn next<'l, 't>(
 }
 
 /// The line that names the format must name this one.
-fn is_known(line: &TextLine<'_>) -> Result<(), FileError> {
+fn check_version(line: &TextLine<'_>) -> Result<(), FileError> {
     match line.text.trim_start_matches('\u{feff}') == VERSION {
         true => Ok(()),
         false => Err(line.bad(

@@ -110,7 +110,7 @@ impl<'l> Asked<'l> {
     }
 
     /// Where another word takes the axes, a word of motion stands beside it only as the mode of G28 and G30.
-    pub(super) fn moves_nothing(&self) -> Result<(), Fault> {
+    pub(super) fn refuse_motion(&self) -> Result<(), Fault> {
         let goes_home = matches!(self.once, Some((Code::Home(_), _)));
         let beside = self.rules.dialect.table().homes_beside_motion;
         let is_mode = beside && goes_home && self.cuts_or_positions();

@@ -139,7 +139,7 @@ impl CheckState<'_> {
             let limit_of = self.configuration.limit(joint, key);
             let Some((value, entry)) = limit_of else {
                 if self.configuration.is_endless(joint) {
-                    self.ends(joint, &place, limit / unit);
+                    self.turns_without_end(joint, &place, limit / unit);
                     return;
                 }
                 let is = match entry {
@@ -178,7 +178,7 @@ impl CheckState<'_> {
     }
 
     /// A joint that turns without end, for a compensation that does not.
-    fn ends(&mut self, joint: JointAxis, place: &FileLocation, limit: f64) {
+    fn turns_without_end(&mut self, joint: JointAxis, place: &FileLocation, limit: f64) {
         let JointAxis { number, letter } = joint;
         self.refuse(
             place,

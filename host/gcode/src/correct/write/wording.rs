@@ -92,13 +92,13 @@ impl Corrector<'_> {
             true => *at,
             false => self.written.offsets.program(at),
         };
-        let way = Destination {
+        let destination = Destination {
             here: coordinates(&self.written.position.at),
             target: coordinates(&piece.to),
             wanted: wanted.unwrap_or_default(),
             machine,
         };
-        let words = self.words(block, &way)?;
+        let words = self.words(block, &destination)?;
         Ok(Wording {
             feed: self.feed(piece, timing, &words.to),
             inverse: matches!(timing.rate, Rate::Inverse(_)),
@@ -167,7 +167,7 @@ impl Corrector<'_> {
     }
 
     /// The words that lead to a position.
-    fn words(&mut self, block: &Block, way: &Destination) -> Result<Words, Fault> {
+    fn words(&mut self, block: &Block, destination: &Destination) -> Result<Words, Fault> {
         let mut words = Words {
             written: 0,
             value: [0.0; COUNT],
@@ -176,9 +176,9 @@ impl Corrector<'_> {
             to: self.written.position.at,
             moves: false,
         };
-        let mut program = way.here;
+        let mut program = destination.here;
         for axis in bits(self.tables.axes) {
-            match self.word_of_axis(block, axis, way)? {
+            match self.word_of_axis(block, axis, destination)? {
                 AxisWord::None => {}
                 AxisWord::Goes => words.left_out |= 1 << axis,
                 AxisWord::Says {
@@ -196,7 +196,7 @@ impl Corrector<'_> {
             }
         }
         let offsets = &self.written.offsets;
-        if way.machine {
+        if destination.machine {
             words.to = program;
         } else if offsets.is_turned() {
             words.to = offsets.machine(&program);
@@ -213,18 +213,18 @@ impl Corrector<'_> {
         &mut self,
         block: &Block,
         axis: usize,
-        way: &Destination,
+        destination: &Destination,
     ) -> Result<AxisWord, Fault> {
         let unit = if is_rotary(axis) { 1.0 } else { self.unit() };
-        let (here, target) = (way.here[axis], way.target[axis]);
+        let (here, target) = (destination.here[axis], destination.target[axis]);
         let decimals = self.decimals(block, axis);
         let in_units = |value: f64| if unit == 1.0 { value } else { value / unit };
         let by = in_units(target - here);
-        let is_wanted = way.wanted & (1 << axis) != 0;
+        let is_wanted = destination.wanted & (1 << axis) != 0;
         // A word that is replaced keeps what it counts from.
         let replaced = block.word(axes::LETTERS[axis]).filter(|_| is_wanted);
-        let relative =
-            !way.machine && self.nominal.distance_of(replaced) == Some(Distance::Incremental);
+        let relative = !destination.machine
+            && self.nominal.distance_of(replaced) == Some(Distance::Incremental);
         let finest = number::finest(decimals);
         let known = self.written.position.knows(axis);
         // An axis that the motion does not name appears only where its correction changes by more than the last digit.
@@ -237,10 +237,14 @@ impl Corrector<'_> {
                 return Ok(AxisWord::None);
             }
         }
-        if axis == 2 && !way.machine && self.written.offset_in_doubt {
+        if axis == 2 && !destination.machine && self.written.offset_in_doubt {
             return Err(offset_in_doubt(span_of(block)));
         }
-        if !relative && !way.machine && known && self.rules.setup.wrapped[axis] == Some(true) {
+        if !relative
+            && !destination.machine
+            && known
+            && self.rules.setup.wrapped[axis] == Some(true)
+        {
             return match by.abs() < finest {
                 // A word that moves nothing could mean a whole turn.
                 true => Ok(AxisWord::Goes),
