@@ -7,7 +7,7 @@
 //! with the parameters in its header, which says so. No control has run it.
 
 use crate::difference::{Difference, differences};
-use crate::positions::{random_of, travel};
+use crate::positions::{letters, random_of, travel, xyz};
 use crate::sampled::{Nodes, OtherAxes, SampledGrid, without_direction};
 use crate::text_lines::{TextLine, lines};
 use std::fmt::Write;
@@ -86,20 +86,8 @@ pub fn export(
     options: &FanucOptions,
 ) -> Result<(FanucTable, String, Vec<Difference>), FanucError> {
     let axes = runtime.compensation().axes();
-    let letters = || axes.iter().map(|axis| char::from(axis.name)).collect();
-    let index = |letter: u8| axes.iter().position(|axis| axis.name == letter);
-    let (Some(x), Some(y), Some(z)) = (index(b'X'), index(b'Y'), index(b'Z')) else {
-        return Err(FanucError::Axes(letters()));
-    };
-    let inputs = [x, y, z];
-    let mut held = Vec::new();
-    for (letter, position) in &options.at {
-        let axis = axes
-            .iter()
-            .position(|axis| char::from(axis.name) == *letter);
-        let axis = axis.filter(|axis| !inputs.contains(axis));
-        held.push((axis.ok_or(FanucError::At(*letter))?, *position as f32));
-    }
+    let inputs = xyz(axes).ok_or_else(|| FanucError::Axes(letters(axes)))?;
+    let held = held(axes, inputs, &options.at)?;
     let hold = |command: &mut Command| {
         for (axis, position) in &held {
             command.axes[*axis] = *position;
@@ -128,14 +116,36 @@ pub fn export(
     let read = read(&text).map_err(FanucError::Read)?;
     let again = read.grid();
     let found = differences(runtime, &commands, |command| {
-        let position = inputs.map(|axis| f64::from(command.axes[axis]));
-        let mut correction = [0.0; MAX_AXES];
-        for (axis, value) in inputs.into_iter().zip(again.at(&position)) {
-            correction[axis] = value;
-        }
-        correction
+        correction(&again, command, inputs)
     });
     Ok((read, text, found))
+}
+
+/// What the control adds to a command.
+fn correction(grid: &SampledGrid<3>, command: &Command, inputs: [usize; 3]) -> [f64; MAX_AXES] {
+    let position = inputs.map(|axis| f64::from(command.axes[axis]));
+    let mut correction = [0.0; MAX_AXES];
+    for (axis, value) in inputs.into_iter().zip(grid.at(&position)) {
+        correction[axis] = value;
+    }
+    correction
+}
+
+/// Further axes, by their index, with the positions where they stay.
+fn held(
+    axes: &[Axis],
+    inputs: [usize; 3],
+    at: &[(char, f64)],
+) -> Result<Vec<(usize, f32)>, FanucError> {
+    let index = |letter: char| {
+        let axis = axes.iter().position(|a| char::from(a.name) == letter);
+        axis.filter(|axis| !inputs.contains(axis))
+    };
+    let held = |(letter, position): &(char, f64)| {
+        let axis = index(*letter).ok_or(FanucError::At(*letter))?;
+        Ok((axis, *position as f32))
+    };
+    at.iter().map(held).collect()
 }
 
 /// Whole numbers, with the smallest magnifications that hold them.
@@ -246,19 +256,7 @@ fn read(text: &str) -> Result<FanucTable, FileError> {
     });
     let mut values = Vec::new();
     for (number, line) in all.iter().skip(HEAD.len() + 4).enumerate() {
-        let row = line.numbers()?;
-        let is_next = row.len() == 4 && row[0] == (number + 1) as f64;
-        let fits = row
-            .iter()
-            .skip(1)
-            .all(|v| v.fract() == 0.0 && (LEAST..=MOST).contains(v));
-        if !is_next || !fits {
-            return Err(line.bad(
-                "not the next point with three whole numbers from -128 to 127",
-                "give the file as it was written",
-            ));
-        }
-        values.push([row[1] as i32, row[2] as i32, row[3] as i32]);
+        values.push(point(line, number + 1)?);
     }
     match values.len() == nodes.iter().map(|n| n.count).product::<usize>() {
         true => Ok(FanucTable {
@@ -269,6 +267,20 @@ fn read(text: &str) -> Result<FanucTable, FileError> {
         }),
         false => Err(short()),
     }
+}
+
+/// The numbers of a point, which must be the next one.
+fn point(line: &TextLine<'_>, number: usize) -> Result<[i32; 3], FileError> {
+    let row = line.numbers()?;
+    let is_next = row.len() == 4 && row[0] == number as f64;
+    let is_whole = |v: &f64| v.fract() == 0.0 && (LEAST..=MOST).contains(v);
+    if !is_next || !row.iter().skip(1).all(is_whole) {
+        return Err(line.bad(
+            "not the next point with three whole numbers from -128 to 127",
+            "give the file as it was written",
+        ));
+    }
+    Ok([row[1] as i32, row[2] as i32, row[3] as i32])
 }
 
 #[cfg(test)]

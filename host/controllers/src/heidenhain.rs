@@ -131,10 +131,8 @@ fn read(text: &str, angles: Angles) -> Result<AxisErrors, FileError> {
         found.ok_or_else(|| head.bad(format!("there is no column {name}"), remedy))
     };
     let position = column("AXISPOS")?;
-    let errors: Vec<usize> = COLUMNS[2..]
-        .iter()
-        .map(|name| column(name))
-        .collect::<Result<_, _>>()?;
+    let errors = COLUMNS[2..].iter().map(|name| column(name));
+    let errors: Vec<usize> = errors.collect::<Result<_, _>>()?;
     let mut motions = AxisErrors::default();
     for line in rows {
         let words: Vec<&str> = line.text.split(',').collect();

@@ -18,7 +18,7 @@ pub use parameters::{IsgParameters, IsgTable};
 use std::fmt::Write;
 use trueaxis_model::errors::{ErrorModel, Situation};
 use trueaxis_model::kinematics::Kinematics;
-use trueaxis_model::machine::{Branch, Machine, PerAxis};
+use trueaxis_model::machine::{Branch, Letter, Machine, PerAxis};
 use trueaxis_model::source::FileError;
 use trueaxis_tables::validate::{Command, commands_in_travel};
 
@@ -131,16 +131,20 @@ fn print(chain: &Chain<'_>, motions: &[AxisErrors]) -> String {
     }
     let _ = writeln!(text, "{}\n{}", names.join("\t"), values.join("\t"));
     for (axis, motions) in machine.axes.iter().zip(motions) {
-        let letter = axis.letter;
-        let _ = write!(text, "#\n// Errors of {letter}\n{letter}");
-        for component in COMPONENTS {
-            let _ = write!(text, "\tE{component}{letter}");
-        }
-        text.push('\n');
-        for (at, error) in motions.at.iter().zip(&motions.errors) {
-            let row: Vec<String> = error.iter().map(|v| number(*v)).collect();
-            let _ = writeln!(text, "{at:.6}\t{}", row.join("\t"));
-        }
+        text += &errors_of_axis(axis.letter, motions);
+    }
+    text
+}
+
+fn errors_of_axis(letter: Letter, motions: &AxisErrors) -> String {
+    let mut text = format!("#\n// Errors of {letter}\n{letter}");
+    for component in COMPONENTS {
+        let _ = write!(text, "\tE{component}{letter}");
+    }
+    text.push('\n');
+    for (at, error) in motions.at.iter().zip(&motions.errors) {
+        let row: Vec<String> = error.iter().map(|v| number(*v)).collect();
+        let _ = writeln!(text, "{at:.6}\t{}", row.join("\t"));
     }
     text
 }

@@ -6,6 +6,17 @@ use trueaxis::{AUXILIARIES, AuxiliaryKind, Axis, Largest, Travel};
 use trueaxis_model::machine::MAX_AXES;
 use trueaxis_tables::validate::Command;
 
+/// X, Y and Z, by their index.
+pub fn xyz(axes: &[Axis]) -> Option<[usize; 3]> {
+    let index = |letter: u8| axes.iter().position(|axis| axis.name == letter);
+    Some([index(b'X')?, index(b'Y')?, index(b'Z')?])
+}
+
+/// The letters of axes.
+pub fn letters(axes: &[Axis]) -> String {
+    axes.iter().map(|axis| char::from(axis.name)).collect()
+}
+
 /// Positions over the travel, each with the directions from which the axes have arrived; auxiliary inputs are 0.
 pub fn random(axes: &[Axis], count: usize, seed: u64) -> Vec<Command> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);

@@ -120,18 +120,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
     let (mut values, mut probed) = (Vec::new(), Vec::new());
     for _ in 0..nodes[1].count {
         let line = lines.next().ok_or_else(missing)?;
-        let words: Vec<&str> = line.text.split(',').map(str::trim).collect();
-        if words.len() != nodes[0].count {
-            return Err(line.bad(
-                format!(
-                    "{} heights, where the third line says {}",
-                    words.len(),
-                    nodes[0].count
-                ),
-                "give the file as the firmware writes it",
-            ));
-        }
-        for word in words {
+        for word in row(line, nodes[0].count)? {
             values.push([line.number(word)?]);
             probed.push(word != "0");
         }
@@ -141,6 +130,18 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
         values,
     };
     Ok(HeightMap { axes, grid, probed })
+}
+
+/// The heights of a position of the second axis.
+fn row<'t>(line: &TextLine<'t>, count: usize) -> Result<Vec<&'t str>, FileError> {
+    let words: Vec<&str> = line.text.split(',').map(str::trim).collect();
+    match words.len() {
+        found if found == count => Ok(words),
+        found => Err(line.bad(
+            format!("{found} heights, where the third line says {count}"),
+            "give the file as the firmware writes it",
+        )),
+    }
 }
 
 /// The third line: letters, nodes along each axis.
@@ -157,18 +158,9 @@ fn parameters(line: &TextLine<'_>, version: usize) -> Result<([char; 2], [Nodes;
         ));
     }
     let letters = if version == 2 { 2 } else { 0 };
-    let letter = |word: &str| {
-        let mut letters = word.chars().filter(char::is_ascii_uppercase);
-        letters.next().filter(|_| word.len() == 1).ok_or_else(|| {
-            line.bad(
-                format!("`{word}` is not the letter of an axis"),
-                "write X and Y, or the letters of the axes that were probed",
-            )
-        })
-    };
     let axes = match letters {
         0 => ['X', 'Y'],
-        _ => [letter(words[0])?, letter(words[1])?],
+        _ => [letter(line, words[0])?, letter(line, words[1])?],
     };
     let words = &words[letters..];
     let [low_0, _, low_1, _] = [words[0], words[1], words[2], words[3]].map(|w| line.number(w));
@@ -178,25 +170,36 @@ fn parameters(line: &TextLine<'_>, version: usize) -> Result<([char; 2], [Nodes;
         _ => [words[5], words[6]],
     };
     let counts = &words[if version == 0 { 6 } else { 7 }..];
-    let nodes = |low: f64, spacing: &str, count: &str| {
-        let step = line.number(spacing)?;
-        if step < LEAST_SPACING {
-            return Err(line.bad(
-                format!("the spacing {step} is less than the firmware accepts"),
-                "write at least 0.1 mm",
-            ));
-        }
-        Ok(Nodes {
-            start: low,
-            step,
-            count: line.count(count)?,
-        })
-    };
     let nodes = [
-        nodes(low_0?, spacings[0], counts[0])?,
-        nodes(low_1?, spacings[1], counts[1])?,
+        nodes(line, low_0?, spacings[0], counts[0])?,
+        nodes(line, low_1?, spacings[1], counts[1])?,
     ];
     Ok((axes, nodes))
+}
+
+fn letter(line: &TextLine<'_>, word: &str) -> Result<char, FileError> {
+    let mut letters = word.chars().filter(char::is_ascii_uppercase);
+    letters.next().filter(|_| word.len() == 1).ok_or_else(|| {
+        line.bad(
+            format!("`{word}` is not the letter of an axis"),
+            "write X and Y, or the letters of the axes that were probed",
+        )
+    })
+}
+
+fn nodes(line: &TextLine<'_>, low: f64, spacing: &str, count: &str) -> Result<Nodes, FileError> {
+    let step = line.number(spacing)?;
+    if step < LEAST_SPACING {
+        return Err(line.bad(
+            format!("the spacing {step} is less than the firmware accepts"),
+            "write at least 0.1 mm",
+        ));
+    }
+    Ok(Nodes {
+        start: low,
+        step,
+        count: line.count(count)?,
+    })
 }
 
 /// The correction of Z at positions of the two axes (mm), as the firmware computes it.

@@ -149,10 +149,9 @@ impl<'m> Chain<'m> {
             let (axis, placed) = (&self.machine.axes[index], &self.axes[index]);
             let nodes = Nodes::over(axis.travel, count);
             let mut at: Vec<f64> = (0..count).map(|k| nodes.at(k)).collect();
-            let tables = errors.motions[index]
-                .iter()
-                .filter_map(|m| m.table.as_ref());
-            let points = tables
+            let motions = errors.motions[index].iter();
+            let points = motions
+                .filter_map(|m| m.table.as_ref())
                 .flat_map(|table| &table.at)
                 .map(|q| axis.to_command(*q));
             at.extend(points.filter(|q| (axis.travel[0]..=axis.travel[1]).contains(q)));

@@ -9,12 +9,11 @@ pub mod measured;
 
 use crate::height_map::HeightMap;
 use crate::klipper::bed_mesh;
-use crate::positions::{random_of, travel};
+use crate::positions::{letters, random_of, travel, xyz};
 use crate::reprapfirmware;
 use crate::sampled::{Nodes, OtherAxes, SampledGrid, without_direction};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
-use trueaxis::Axis;
 use trueaxis_model::parallel;
 use trueaxis_model::source::FileError;
 use trueaxis_tables::validate::{Command, Runtime};
@@ -172,18 +171,8 @@ impl Firmware {
         match self {
             Self::Klipper => {
                 let factor = |plane: &str| {
-                    let lengths = word(&format!("{plane}=")).ok_or_else(bad)?;
-                    let lengths: Vec<f64> = (lengths.split(','))
-                        .map(str::parse)
-                        .collect::<Result<_, _>>()
-                        .map_err(|_| bad())?;
-                    let [ac, bd, ad] = lengths[..] else {
-                        return Err(bad());
-                    };
-                    // The angle at A, by the law of cosines.
-                    let side = (2.0 * ac * ac + 2.0 * bd * bd - 4.0 * ad * ad).sqrt() / 2.0;
-                    let cosine = (ac * ac - side * side - ad * ad) / (2.0 * side * ad);
-                    Ok(libm::tan(std::f64::consts::FRAC_PI_2 - libm::acos(cosine)))
+                    let lengths = word(&format!("{plane}="));
+                    lengths.and_then(factor_of_lengths).ok_or_else(bad)
                 };
                 Ok(of_factors(factor("XY")?, factor("XZ")?, factor("YZ")?))
             }
@@ -198,6 +187,19 @@ impl Firmware {
             }
         }
     }
+}
+
+/// A factor of Klipper from the lengths of two diagonals and a side.
+fn factor_of_lengths(lengths: &str) -> Option<f64> {
+    let lengths = lengths.split(',').map(str::parse);
+    let lengths: Vec<f64> = lengths.collect::<Result<_, _>>().ok()?;
+    let [ac, bd, ad] = lengths[..] else {
+        return None;
+    };
+    // The angle at A, by the law of cosines.
+    let side = (2.0 * ac * ac + 2.0 * bd * bd - 4.0 * ad * ad).sqrt() / 2.0;
+    let cosine = (ac * ac - side * side - ad * ad) / (2.0 * side * ad);
+    Some(libm::tan(std::f64::consts::FRAC_PI_2 - libm::acos(cosine)))
 }
 
 impl Firmware {
@@ -231,18 +233,6 @@ impl Firmware {
     }
 }
 
-/// The axes that these firmwares have, by their index in a compensation.
-fn indices(axes: &[Axis]) -> Result<[usize; 3], SkewError> {
-    let index = |letter: u8| axes.iter().position(|axis| axis.name == letter);
-    match (axes.len(), index(b'X'), index(b'Y'), index(b'Z')) {
-        (3, Some(x), Some(y), Some(z)) => Ok([x, y, z]),
-        _ => {
-            let letters = axes.iter().map(|axis| char::from(axis.name));
-            Err(SkewError::Axes(letters.collect()))
-        }
-    }
-}
-
 /// Takes the skew out of a compensation, writes it for a firmware, and compares that with the compensation at
 /// `positions` random positions over the travel. Returns the text and its effect.
 ///
@@ -260,79 +250,114 @@ pub fn skew(
     seed: u64,
 ) -> Result<(SkewWritten, SkewFound), SkewError> {
     let axes = runtime.compensation().axes();
-    let [x, y, z] = indices(axes)?;
+    let indices = xyz(axes).filter(|_| axes.len() == 3);
+    let [x, y, z] = indices.ok_or_else(|| SkewError::Axes(letters(axes)))?;
     let commands = random_of(runtime.compensation(), positions, seed);
     let corrections = parallel::map(&commands, |command| {
         let found = runtime.evaluate(command);
         [x, y, z].map(|i| f64::from(found[i]))
     });
-    let at: Vec<[f64; 3]> = (commands.iter())
-        .map(|command| [x, y, z].map(|i| f64::from(command.axes[i])))
-        .collect();
-    let by = linear(&at, &corrections);
-    // A rotation r adds r × p; Y and Z then do not depend on the axes before them.
-    let turned = [by[2][1], -by[2][0], by[1][0]];
-    let scale = [0, 1, 2].map(|k| by[k][k]);
-    let wanted = Skew {
-        x_by_y: by[0][1] + turned[2],
-        x_by_z: by[0][2] - turned[1],
-        y_by_z: by[1][2] + turned[0],
-    };
-    let lines = firmware.print(&wanted)?;
+    let position = |command: &Command| [x, y, z].map(|i| f64::from(command.axes[i]));
+    let at: Vec<[f64; 3]> = commands.iter().map(position).collect();
+    let part = LinearPart::of(&at, &corrections);
+    let lines = firmware.print(&part.skew)?;
     let skew = firmware.read(&lines)?;
-    let rotation = |output: usize, p: &[f64; 3]| {
-        let [j, k] = [(output + 1) % 3, (output + 2) % 3];
-        turned[j] * p[k] - turned[k] * p[j]
-    };
-    let heights = |points: [usize; 2]| {
-        let rest = OtherAxes::new(axes, &[x, y], &commands);
-        let nodes = [(x, points[0]), (y, points[1])]
-            .map(|(axis, count)| Nodes::over(travel(&axes[axis]), count));
-        HeightMap::new(SampledGrid::of(&nodes, |p| {
-            let set = |command: &mut Command| {
-                *command = without_direction(command);
-                command.axes[x] = p[0] as f32;
-                command.axes[y] = p[1] as f32;
-            };
-            rest.middle(set, |command| {
-                let at = [x, y, z].map(|i| f64::from(command.axes[i]));
-                [f64::from(runtime.evaluate(command)[z]) - rotation(2, &at)]
-            })
-        }))
-    };
-    let (map, by_map) = match points {
-        Some(points) => {
-            let (text, read) = firmware.height_map(&heights(points))?;
-            (Some(text), Some(read))
-        }
-        None => (None, None),
-    };
-    let of = |output: usize| {
-        let by_skew = |p: &[f64; 3]| match output {
-            0 => skew.x_by_y * p[1] + skew.x_by_z * p[2],
-            1 => skew.y_by_z * p[2],
-            _ => (by_map.as_ref()).map_or(0.0, |map| firmware.height(map, [p[0], p[1]])),
-        };
-        let without_rotation = |row: usize| corrections[row][output] - rotation(output, &at[row]);
-        let half_range = |left: &dyn Fn(usize) -> f64| half_range_um((0..at.len()).map(left));
-        RemainingOnAxis {
-            largest_um: half_range(&|row| without_rotation(row)),
-            left_um: half_range(&|row| without_rotation(row) - by_skew(&at[row])),
-            left_with_steps_um: half_range(&|row| {
-                without_rotation(row) - by_skew(&at[row]) - scale[output] * at[row][output]
-            }),
-        }
+    let map = points.map(|points| heights(runtime, [x, y, z], points, &commands, &part));
+    let map = map.map(|map| firmware.height_map(&map)).transpose()?;
+    let (map, by_map) = map.unzip();
+    let by_text = |output: usize, p: &[f64; 3]| match output {
+        0 => skew.x_by_y * p[1] + skew.x_by_z * p[2],
+        1 => skew.y_by_z * p[2],
+        _ => (by_map.as_ref()).map_or(0.0, |map| firmware.height(map, [p[0], p[1]])),
     };
     let found = SkewFound {
         at_ends_um: (firmware == Firmware::Marlin)
             .then(|| at_ends_um(&skew, [y, z].map(|i| travel(&axes[i])))),
         skew,
-        steps: scale.map(|s| 1.0 + s),
-        turned_urad: turned.map(|t| t * 1e6),
-        axes: [of(0), of(1), of(2)],
+        steps: part.scale.map(|s| 1.0 + s),
+        turned_urad: part.turned.map(|t| t * 1e6),
+        axes: [0, 1, 2]
+            .map(|output| part.remaining(output, &at, &corrections, |p| by_text(output, p))),
         positions,
     };
     Ok((SkewWritten { lines, map }, found))
+}
+
+/// The correction of Z over X and Y without the rotation of the work.
+fn heights(
+    runtime: &Runtime<'_>,
+    [x, y, z]: [usize; 3],
+    points: [usize; 2],
+    commands: &[Command],
+    part: &LinearPart,
+) -> HeightMap {
+    let axes = runtime.compensation().axes();
+    let rest = OtherAxes::new(axes, &[x, y], commands);
+    let nodes = [(x, points[0]), (y, points[1])]
+        .map(|(axis, count)| Nodes::over(travel(&axes[axis]), count));
+    HeightMap::new(SampledGrid::of(&nodes, |p| {
+        let set = |command: &mut Command| {
+            *command = without_direction(command);
+            command.axes[x] = p[0] as f32;
+            command.axes[y] = p[1] as f32;
+        };
+        rest.middle(set, |command| {
+            let at = [x, y, z].map(|i| f64::from(command.axes[i]));
+            [f64::from(runtime.evaluate(command)[z]) - part.rotation(2, &at)]
+        })
+    }))
+}
+
+/// The linear part of corrections.
+struct LinearPart {
+    skew: Skew,
+    /// Scales of X, Y and Z.
+    scale: [f64; 3],
+    /// Rotation of the work.
+    turned: [f64; 3],
+}
+
+impl LinearPart {
+    fn of(at: &[[f64; 3]], corrections: &[[f64; 3]]) -> Self {
+        let by = linear(at, corrections);
+        // A rotation r adds r × p; Y and Z then do not depend on the axes before them.
+        let turned = [by[2][1], -by[2][0], by[1][0]];
+        Self {
+            skew: Skew {
+                x_by_y: by[0][1] + turned[2],
+                x_by_z: by[0][2] - turned[1],
+                y_by_z: by[1][2] + turned[0],
+            },
+            scale: [0, 1, 2].map(|k| by[k][k]),
+            turned,
+        }
+    }
+
+    /// What the rotation adds at a position.
+    fn rotation(&self, output: usize, p: &[f64; 3]) -> f64 {
+        let [j, k] = [(output + 1) % 3, (output + 2) % 3];
+        self.turned[j] * p[k] - self.turned[k] * p[j]
+    }
+
+    /// What is left of corrections at some positions, but for the rotation.
+    fn remaining(
+        &self,
+        output: usize,
+        at: &[[f64; 3]],
+        corrections: &[[f64; 3]],
+        by_text: impl Fn(&[f64; 3]) -> f64,
+    ) -> RemainingOnAxis {
+        let without_rotation =
+            |row: usize| corrections[row][output] - self.rotation(output, &at[row]);
+        let half_range = |left: &dyn Fn(usize) -> f64| half_range_um((0..at.len()).map(left));
+        RemainingOnAxis {
+            largest_um: half_range(&|row| without_rotation(row)),
+            left_um: half_range(&|row| without_rotation(row) - by_text(&at[row])),
+            left_with_steps_um: half_range(&|row| {
+                without_rotation(row) - by_text(&at[row]) - self.scale[output] * at[row][output]
+            }),
+        }
+    }
 }
 
 /// The linear part of corrections, by least squares: of each output the factors of X, Y and Z, and a constant.

@@ -95,58 +95,72 @@ fn run(name: &str, asked: &CommandLine) -> Result<(), String> {
             let r = Refusal::at(f, number, line);
             format!("{:?} {} {r}", r.kind, r.word)
         })?;
-        let feed = |rate: &Rate, path: Path| match rate {
-            Rate::Rapid => 0.0,
-            Rate::PerMinute(f) | Rate::PerRevolution(f) => *f,
-            // As rs274 shows it: what it makes of the length.
-            Rate::Inverse(f) => {
-                let unit = state.units.map_or(1.0, Units::mm);
-                let by = path.by();
-                let by = std::array::from_fn(|i| {
-                    if (3..6).contains(&i) {
-                        by[i]
-                    } else {
-                        by[i] / unit
-                    }
-                });
-                let length = match path {
-                    Path::Line(..) => Dialect::LinuxCnc.length(&by),
-                    Path::Arc(arc) => arc.length() / unit,
-                };
-                (length * f).max(0.1)
-            }
-        };
-        match step.motion {
-            None => {}
-            Some(Move::Straight(straight, rate)) => {
-                let kind = if rate == Rate::Rapid { "rapid" } else { "feed" };
-                let feed = feed(&rate, Path::Line(straight.from.at, straight.to));
-                println!("{kind} {} {feed:.5}", place(&straight.to));
-            }
-            Some(Move::Arc(arc, rate)) => {
-                let turns = (arc.sweep.abs() / std::f64::consts::TAU - 1e-9).floor() + 1.0;
-                let [i, j] = arc.centre;
-                println!(
-                    "arc {} {:.5} {} {i:.5} {j:.5}",
-                    place(&arc.to),
-                    feed(&rate, Path::Arc(arc)),
-                    turns.copysign(arc.sweep)
-                );
-            }
-            Some(Move::Cycle(cycle)) => {
-                let f = match cycle.rate {
-                    Rate::PerMinute(f) | Rate::PerRevolution(f) => f,
-                    rate => return Err(format!("other {rate:?} in a cycle")),
-                };
-                let parts = cycle.parts();
-                let code = cycle.code / 10;
-                let parts = parts.ok_or(format!("other G{code}, which moves with the spindle"))?;
-                for part in parts {
-                    match part {
-                        Part::Rapid(to) => println!("rapid {} 0", place(&to)),
-                        Part::Feed(to) => println!("feed {} {f:.5}", place(&to)),
-                        Part::Dwell(_) | Part::SpindleStops | Part::SpindleTurns => {}
-                    }
+        if let Some(motion) = &step.motion {
+            print(motion, &state)?;
+        }
+    }
+    Ok(())
+}
+
+/// F as rs274 shows it.
+fn feed(state: &State, rate: Rate, path: &Path) -> f64 {
+    match rate {
+        Rate::Rapid => 0.0,
+        Rate::PerMinute(f) | Rate::PerRevolution(f) => f,
+        // As rs274 shows it: what it makes of the length.
+        Rate::Inverse(f) => {
+            let unit = state.units.map_or(1.0, Units::mm);
+            let by = path.by();
+            let by = std::array::from_fn(|i| {
+                if (3..6).contains(&i) {
+                    by[i]
+                } else {
+                    by[i] / unit
+                }
+            });
+            let length = match path {
+                Path::Line(..) => Dialect::LinuxCnc.length(&by),
+                Path::Arc(arc) => arc.length() / unit,
+            };
+            (length * f).max(0.1)
+        }
+    }
+}
+
+fn print(motion: &Move, state: &State) -> Result<(), String> {
+    match motion {
+        Move::Straight(straight, rate) => {
+            let kind = if *rate == Rate::Rapid {
+                "rapid"
+            } else {
+                "feed"
+            };
+            let feed = feed(state, *rate, &Path::Line(straight.from.at, straight.to));
+            println!("{kind} {} {feed:.5}", place(&straight.to));
+        }
+        Move::Arc(arc, rate) => {
+            let turns = (arc.sweep.abs() / std::f64::consts::TAU - 1e-9).floor() + 1.0;
+            let [i, j] = arc.centre;
+            println!(
+                "arc {} {:.5} {} {i:.5} {j:.5}",
+                place(&arc.to),
+                feed(state, *rate, &Path::Arc(*arc)),
+                turns.copysign(arc.sweep)
+            );
+        }
+        Move::Cycle(cycle) => {
+            let f = match cycle.rate {
+                Rate::PerMinute(f) | Rate::PerRevolution(f) => f,
+                rate => return Err(format!("other {rate:?} in a cycle")),
+            };
+            let parts = cycle.parts();
+            let code = cycle.code / 10;
+            let parts = parts.ok_or(format!("other G{code}, which moves with the spindle"))?;
+            for part in parts {
+                match part {
+                    Part::Rapid(to) => println!("rapid {} 0", place(&to)),
+                    Part::Feed(to) => println!("feed {} {f:.5}", place(&to)),
+                    Part::Dwell(_) | Part::SpindleStops | Part::SpindleTurns => {}
                 }
             }
         }

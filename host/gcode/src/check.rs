@@ -15,8 +15,8 @@ use super::axes::{COUNT, PerLetter, Position, name};
 use super::correct::{Backlash, Options};
 use super::interpret::{Step, bits};
 use super::line_map::{LineMap, Role};
-use super::moves::Move;
-use super::program::Reading;
+use super::moves::{Move, Rate};
+use super::program::{Reading, Segment};
 use super::state::{Rules, State};
 use super::tables::Tables;
 use super::tip::Tip;
@@ -82,7 +82,6 @@ pub fn check(
     let mut before = Reading::new(program, rules, tables, tip);
     let mut after = Reading::new(corrected.text, rules, tables, tip);
     let mut map = LineMap::new(corrected.map).map_err(CheckError::Map)?;
-    let start = State::new(rules).position;
     let mut check = Check {
         rules,
         tables,
@@ -90,7 +89,7 @@ pub fn check(
         exact: exact.map(|exact| (exact, Kinematics::new(exact.machine, exact.errors))),
         options,
         last_digits: options.resolutions(),
-        ways: TravelDirections::new(tables, &start, &rules.setup.travel),
+        ways: TravelDirections::new(tables, &State::new(rules).position, &rules.setup.travel),
         all: rules.setup.travel,
         position: before.state.position,
         found: CheckResult::default(),
@@ -102,23 +101,23 @@ pub fn check(
         check.line(&before, &step, &roles, &mut after)?;
         check.position = before.state.position;
     }
-    let more = after.next_step().map_err(CheckError::Corrected)?;
-    if more.is_some() || !map.is_at_end() {
+    if after.next_step().map_err(CheckError::Corrected)?.is_some() || !map.is_at_end() {
         return Err(CheckError::More(after.number()));
     }
-    let mut found = check.found;
-    found.lines = [before.number(), after.number()];
-    if let (Some(path), true) = (&mut found.tool_path, check.exact.is_some()) {
-        let [a, b, c, d] = &check.spreads;
-        path.before_um = a.statistics();
-        path.after_um = b.statistics();
-        path.before_urad = c.statistics();
-        path.after_urad = d.statistics();
-    }
-    Ok(found)
+    Ok(check.result([before.number(), after.number()]))
 }
 
 impl Check<'_> {
+    /// All that was found, in so many lines of both programs.
+    fn result(self, lines: [u64; 2]) -> CheckResult {
+        let mut found = self.found;
+        found.lines = lines;
+        if let Some(path) = &mut found.tool_path {
+            path.sum_up(&self.spreads);
+        }
+        found
+    }
+
     /// A line of the program, and the lines that were written for it.
     fn line<R: BufRead, S: BufRead>(
         &mut self,
@@ -197,40 +196,26 @@ impl Check<'_> {
         for role in roles {
             let from = after.state.position.at;
             let written = read(before.number(), after)?;
+            // Words that would have led nowhere are not written.
             let Some(written) = &written.motion else {
-                match role {
-                    Role::Plain => continue,
-                    // Its words would have led nowhere.
-                    Role::Step | Role::Until(_) => continue,
-                }
+                continue;
             };
             self.found.motions[1] += 1;
-            if let (Move::Cycle(cycle), Role::Step, Move::Straight(straight, _)) =
-                (motion, role, written)
-                && along.is_none()
-                && straight.is_outside(&cycle.axes)
-            {
-                // Axes that the cycle does not move, before it.
+            if along.is_none() && leads_to_cycle(motion, *role, written) {
                 continue;
             }
-            if let Move::Cycle(written) = written {
-                let (Move::Cycle(cycle), Role::Until(until)) = (motion, role) else {
+            if let Move::Cycle(cycle) = written {
+                let (Move::Cycle(planned), Role::Until(until)) = (motion, role) else {
                     return Err(CheckError::Unexplained(after.number()));
                 };
                 let until = *until as usize;
-                self.holes(before, cycle, written, [holes, until])?;
+                self.holes(before, planned, cycle, [holes, until])?;
                 // All holes of the line are in its segments, and may be written as several cycles.
-                let planned = match holes {
-                    0 => &segments[..],
-                    _ => &[],
-                };
-                holes = until;
-                let took = [planned, &after.segments(&Move::Cycle(written.clone()))];
-                for (which, segments) in took.into_iter().enumerate() {
-                    let parts = segments.iter();
-                    let minutes = parts.map(|s| s.minutes(self.rules.dialect)).sum();
-                    self.found.takes(which, written.rate, minutes);
+                if holes == 0 {
+                    self.takes(0, cycle.rate, &segments);
                 }
+                self.takes(1, cycle.rate, &after.segments(written));
+                holes = until;
                 continue;
             }
             let along = match &mut along {
@@ -255,8 +240,26 @@ impl Check<'_> {
             None => Along::new(self, &segments)?,
         };
         self.finish(&mut along, &after.state)?;
-        if matches!(motion, Move::Straight(straight, _) if straight.comes_back) && self.axes_turn()
-        {
+        match motion {
+            Move::Straight(straight, _) if straight.comes_back => self.comes_back(before, &along),
+            _ => Ok(()),
+        }
+    }
+
+    /// Counts the time of the motions of a cycle, before (0) or after (1).
+    fn takes(&mut self, which: usize, rate: Rate, segments: &[Segment]) {
+        let parts = segments.iter();
+        let minutes = parts.map(|s| s.minutes(self.rules.dialect)).sum();
+        self.found.takes(which, rate, minutes);
+    }
+
+    /// A thread ends where it began.
+    fn comes_back<R: BufRead>(
+        &mut self,
+        before: &Reading<'_, R>,
+        along: &Along<'_>,
+    ) -> Result<(), CheckError> {
+        if self.axes_turn() {
             let back = along.field.axes(&before.state.position.at);
             let back = back.map_err(|_| CheckError::Outside(before.number()))?;
             self.ways.come_to(self.tables, &back);
@@ -267,6 +270,16 @@ impl Check<'_> {
     /// False where directions stay what they are, whichever way axes go: reversals are left out.
     fn axes_turn(&self) -> bool {
         self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
+    }
+}
+
+/// True for a move before a cycle of axes that the cycle does not move.
+fn leads_to_cycle(motion: &Move, role: Role, written: &Move) -> bool {
+    match (motion, role, written) {
+        (Move::Cycle(cycle), Role::Step, Move::Straight(straight, _)) => {
+            straight.is_outside(&cycle.axes)
+        }
+        _ => false,
     }
 }
 

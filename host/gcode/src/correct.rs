@@ -89,47 +89,11 @@ impl<'a> Corrector<'a> {
         options: Options,
         mark: Option<String>,
     ) -> Result<Self, String> {
+        fits_dialect(rules)?;
         let mut nominal = State::new(rules);
-        let table = rules.dialect.table();
-        let wrapped = rules.setup.wrapped.iter().position(|w| *w == Some(true));
-        if let (Some(axis), Wrapping::None) = (wrapped, table.wrapping) {
-            return Err(format!(
-                "[axis.{0}] wrapped: this controller turns {0} as far as words say, so take it out of the setup",
-                axes::name(axis)
-            ));
-        }
-        let mut systems = rules.setup.systems.iter();
-        if let (Some((number, _)), true) = (
-            systems.find(|(_, system)| system.rotation != 0.0),
-            !table.systems_turn,
-        ) {
-            return Err(format!(
-                "[offset.{:?}] R: offsets have a rotation in LinuxCNC alone, so take it out of the setup",
-                system_name(*number)
-            ));
-        }
-        if rules.setup.decimals.is_some() && !table.needs_points {
-            return Err(
-                "decimals: words without a point count whole units in this dialect, so take it out of the setup"
-                    .to_owned(),
-            );
-        }
         let ways = TravelDirections::new(tables, &nominal.position, &rules.setup.travel);
         if rules.tip {
-            if let Some(axis) = nominal.position.missing(tables.axes) {
-                return Err(format!(
-                    "the position of {} before the first line is unknown: give it in the setup under [start]",
-                    axes::name(axis)
-                ));
-            }
-            let length = nominal.field_length(rules, tables.takes_length);
-            if tables.takes_length && length.is_none() {
-                return Err(
-                    "the compensation depends on the tool length, which is unknown before the first line: \
-                     give the setup [start] tool and the length of this tool"
-                        .to_owned(),
-                );
-            }
+            let length = length_at_start(&nominal, rules, tables)?;
             if let Some(tip) = tip {
                 nominal.position.at = tip.world(&nominal.position.at, length);
             }
@@ -277,7 +241,6 @@ impl<'a> Corrector<'a> {
     /// written out, and nothing runs it.
     fn behind_the_end(&mut self, line: &[u8]) -> Result<(), Fault> {
         let after_end = self.rules.dialect.table().after_end;
-        let run = after_end == AfterEnd::Run;
         let (cause, remedy) = match after_end {
             AfterEnd::Nothing => return Ok(()),
             AfterEnd::Another if self.closed => return Ok(()),
@@ -312,7 +275,7 @@ impl<'a> Corrector<'a> {
                 Ok(())
             }
             // Spindle and coolant.
-            Some(_) if run && is_neutral(&self.block, self.rules) => Ok(()),
+            Some(_) if after_end == AfterEnd::Run && is_neutral(&self.block, self.rules) => Ok(()),
             Some(word) => Err(Fault::new(word.span(), cause, remedy)),
         }
     }
@@ -385,4 +348,54 @@ impl<'a> Corrector<'a> {
             }
         }
     }
+}
+
+/// Values of the setup that controllers of the dialect do not have.
+fn fits_dialect(rules: &Rules) -> Result<(), String> {
+    let table = rules.dialect.table();
+    let wrapped = rules.setup.wrapped.iter().position(|w| *w == Some(true));
+    if let (Some(axis), Wrapping::None) = (wrapped, table.wrapping) {
+        return Err(format!(
+            "[axis.{0}] wrapped: this controller turns {0} as far as words say, so take it out of the setup",
+            axes::name(axis)
+        ));
+    }
+    let mut systems = rules.setup.systems.iter();
+    let turned = systems.find(|(_, system)| system.rotation != 0.0);
+    if let (Some((number, _)), false) = (turned, table.systems_turn) {
+        return Err(format!(
+            "[offset.{:?}] R: offsets have a rotation in LinuxCNC alone, so take it out of the setup",
+            system_name(*number)
+        ));
+    }
+    if rules.setup.decimals.is_some() && !table.needs_points {
+        return Err(
+            "decimals: words without a point count whole units in this dialect, so take it out of the setup"
+                .to_owned(),
+        );
+    }
+    Ok(())
+}
+
+/// The tool length of a program that begins under tool-centre-point control, if tables depend on it.
+fn length_at_start(
+    nominal: &State,
+    rules: &Rules,
+    tables: &Tables<'_>,
+) -> Result<Option<f64>, String> {
+    if let Some(axis) = nominal.position.missing(tables.axes) {
+        return Err(format!(
+            "the position of {} before the first line is unknown: give it in the setup under [start]",
+            axes::name(axis)
+        ));
+    }
+    let length = nominal.field_length(rules, tables.takes_length);
+    if tables.takes_length && length.is_none() {
+        return Err(
+            "the compensation depends on the tool length, which is unknown before the first line: \
+             give the setup [start] tool and the length of this tool"
+                .to_owned(),
+        );
+    }
+    Ok(length)
 }

@@ -59,6 +59,85 @@ const ANOTHER: f64 = 0.1;
 /// Steps towards the best centre: each is as exact as the deviations are small beside the radius.
 const STEPS: usize = 6;
 
+/// How far nodes are off a circle, and how that changes if its centre goes along each of one or two ways.
+struct Deviations {
+    /// The largest and the smallest difference to the radius, each with its slope along the first way.
+    outermost: [f64; 2],
+    innermost: [f64; 2],
+    /// Normal equations of all differences.
+    a: [[f64; 2]; 2],
+    b: [f64; 2],
+}
+
+impl Deviations {
+    /// The circle goes through `begin`; `plane` are its axes.
+    fn new(
+        nodes: &[Node],
+        plane: [usize; 2],
+        begin: [f64; 2],
+        centre: [f64; 2],
+        ways: &[[f64; 2]],
+    ) -> Self {
+        let out = |at: [f64; 2]| {
+            let by = [at[0] - centre[0], at[1] - centre[1]];
+            let radius = libm::hypot(by[0], by[1]);
+            (radius, [by[0] / radius, by[1] / radius])
+        };
+        let (radius, begin) = out(begin);
+        let mut all = Self {
+            outermost: [f64::NEG_INFINITY, 0.0],
+            innermost: [f64::INFINITY, 0.0],
+            a: [[0.0; 2]; 2],
+            b: [0.0; 2],
+        };
+        for node in nodes {
+            let (distance, normal) = out(plane.map(|axis| node.to[axis]));
+            let mut slope = [0.0; 2];
+            for (slope, way) in slope.iter_mut().zip(ways) {
+                *slope = (begin[0] - normal[0]) * way[0] + (begin[1] - normal[1]) * way[1];
+            }
+            all.add(distance - radius, slope);
+        }
+        all
+    }
+
+    fn add(&mut self, off: f64, slope: [f64; 2]) {
+        if off > self.outermost[0] {
+            self.outermost = [off, slope[0]];
+        }
+        if off < self.innermost[0] {
+            self.innermost = [off, slope[0]];
+        }
+        for row in 0..2 {
+            self.b[row] -= slope[row] * off;
+            for column in 0..2 {
+                self.a[row][column] += slope[row] * slope[column];
+            }
+        }
+    }
+
+    /// How far the centre goes along each way.
+    fn best_step(&self, ways: usize) -> [f64; 2] {
+        let Self { a, b, .. } = self;
+        let (by, determinant) = match ways {
+            // All slopes have one sign: the largest distance is least where the farthest places on both sides are
+            // equally far off.
+            1 => (
+                [-(self.outermost[0] + self.innermost[0]), 0.0],
+                self.outermost[1] + self.innermost[1],
+            ),
+            _ => (
+                [
+                    b[0] * a[1][1] - b[1] * a[0][1],
+                    b[1] * a[0][0] - b[0] * a[1][0],
+                ],
+                a[0][0] * a[1][1] - a[0][1] * a[1][0],
+            ),
+        };
+        by.map(|by| by / determinant)
+    }
+}
+
 /// The arc from one place to the last node that is nearest to the corrected nodes of an arc, if there is one: its centre
 /// and its radius are fitted so that the largest distance from it is least; of a full turn by least squares.
 #[must_use]
@@ -93,51 +172,8 @@ pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
     };
     let begun = centre;
     for _ in 0..STEPS {
-        let out = |at: [f64; 2]| {
-            let by = [at[0] - centre[0], at[1] - centre[1]];
-            let radius = libm::hypot(by[0], by[1]);
-            (radius, [by[0] / radius, by[1] / radius])
-        };
-        let (radius, begin) = out([from[i], from[j]]);
-        // Distances from the circle, and normal equations of them by how far the centre goes along each way.
-        let (mut a, mut b) = ([[0.0; 2]; 2], [0.0; 2]);
-        let [mut outermost, mut innermost] = [[f64::NEG_INFINITY, 0.0], [f64::INFINITY, 0.0]];
-        for node in nodes {
-            let (distance, normal) = out([node.to[i], node.to[j]]);
-            let mut slope = [0.0; 2];
-            for (slope, way) in slope.iter_mut().zip(ways) {
-                *slope = (begin[0] - normal[0]) * way[0] + (begin[1] - normal[1]) * way[1];
-            }
-            if distance - radius > outermost[0] {
-                outermost = [distance - radius, slope[0]];
-            }
-            if distance - radius < innermost[0] {
-                innermost = [distance - radius, slope[0]];
-            }
-            for row in 0..2 {
-                b[row] -= slope[row] * (distance - radius);
-                for column in 0..2 {
-                    a[row][column] += slope[row] * slope[column];
-                }
-            }
-        }
-        let (by, determinant) = match ways.len() {
-            // All slopes have one sign: the largest distance is least where the farthest places on both sides are
-            // equally far off.
-            1 => (
-                [-(outermost[0] + innermost[0]), 0.0],
-                outermost[1] + innermost[1],
-            ),
-            _ => (
-                [
-                    b[0] * a[1][1] - b[1] * a[0][1],
-                    b[1] * a[0][0] - b[0] * a[1][0],
-                ],
-                a[0][0] * a[1][1] - a[0][1] * a[1][0],
-            ),
-        };
-        let by = by.map(|by| by / determinant);
-        for (by, way) in by.iter().zip(ways) {
+        let off = Deviations::new(nodes, [i, j], [from[i], from[j]], centre, ways);
+        for (by, way) in off.best_step(ways.len()).iter().zip(ways) {
             centre = [centre[0] + by * way[0], centre[1] + by * way[1]];
         }
     }

@@ -99,6 +99,32 @@ pub enum Part {
     SpindleTurns,
 }
 
+/// The parts of a cycle so far, and where they lead.
+struct CycleParts {
+    normal: usize,
+    at: PerLetter,
+    parts: Vec<Part>,
+}
+
+impl CycleParts {
+    fn rapid(&mut self, place: PerLetter, height: f64) {
+        self.go(place, height, Part::Rapid);
+    }
+
+    fn feed(&mut self, place: PerLetter, height: f64) {
+        self.go(place, height, Part::Feed);
+    }
+
+    /// A move to a height at a place, unless it stands there.
+    fn go(&mut self, mut to: PerLetter, height: f64, part: fn(PerLetter) -> Part) {
+        to[self.normal] = height;
+        if (0..COUNT).any(|i| self.at[i] != to[i]) {
+            self.at = to;
+            self.parts.push(part(to));
+        }
+    }
+}
+
 impl Cycle {
     /// Where the normal axis ends.
     #[must_use]
@@ -148,85 +174,58 @@ impl Cycle {
     #[must_use]
     pub fn parts(&self) -> Option<Vec<Part>> {
         let n = self.axes[2];
-        let mut parts = Vec::new();
-        let mut at = self.from;
-        let go = |parts: &mut Vec<Part>, at: &mut PerLetter, to: PerLetter, feed: bool| {
-            if (0..COUNT).any(|i| at[i] != to[i]) {
-                *at = to;
-                parts.push(if feed {
-                    Part::Feed(to)
-                } else {
-                    Part::Rapid(to)
-                });
-            }
-        };
-        let with = |mut at: PerLetter, value: f64| {
-            at[n] = value;
-            at
+        let mut out = CycleParts {
+            normal: n,
+            at: self.from,
+            parts: Vec::new(),
         };
         for hole in self.holes() {
-            if at[n] < self.r {
-                let to = with(at, self.r);
-                go(&mut parts, &mut at, to, false);
+            if out.at[n] < self.r {
+                out.rapid(out.at, self.r);
             }
-            let over = with(hole, at[n]);
-            go(&mut parts, &mut at, over, false);
-            go(&mut parts, &mut at, with(hole, self.r), false);
+            out.rapid(hole, out.at[n]);
+            out.rapid(hole, self.r);
             match self.code {
-                730 | 830 => {
-                    // Cycles of pecks are read with Q only.
-                    let peck = self.q?;
-                    let mut depth = self.r;
-                    while depth > self.bottom {
-                        let mut next = depth - peck;
-                        if next < self.bottom + NO_PECK {
-                            next = self.bottom;
-                        }
-                        go(&mut parts, &mut at, with(hole, next), true);
-                        if next > self.bottom {
-                            if self.code == 730 {
-                                go(
-                                    &mut parts,
-                                    &mut at,
-                                    with(hole, next + PECK_CLEARANCE),
-                                    false,
-                                );
-                            } else {
-                                go(&mut parts, &mut at, with(hole, self.r), false);
-                                go(
-                                    &mut parts,
-                                    &mut at,
-                                    with(hole, next + PECK_CLEARANCE),
-                                    false,
-                                );
-                            }
-                        }
-                        depth = next;
-                    }
-                }
+                // Cycles of pecks are read with Q only.
+                730 | 830 => self.peck(hole, self.q?, &mut out),
                 810 | 820 | 850 | 860 | 890 => {
-                    go(&mut parts, &mut at, with(hole, self.bottom), true);
+                    out.feed(hole, self.bottom);
                     if let (820 | 860 | 890, Some(p)) = (self.code, self.p) {
-                        parts.push(Part::Dwell(p));
+                        out.parts.push(Part::Dwell(p));
                     }
                 }
                 _ => return None,
             }
-            if matches!(self.code, 850 | 890) {
-                let level = match self.feeds_to_level() {
-                    true => self.clear(),
-                    false => self.r,
-                };
-                go(&mut parts, &mut at, with(hole, level), true);
+            match self.code {
+                850 | 890 if self.feeds_to_level() => out.feed(hole, self.clear()),
+                850 | 890 => out.feed(hole, self.r),
+                860 => out.parts.push(Part::SpindleStops),
+                _ => {}
             }
+            out.rapid(hole, self.clear());
             if self.code == 860 {
-                parts.push(Part::SpindleStops);
-            }
-            go(&mut parts, &mut at, with(hole, self.clear()), false);
-            if self.code == 860 {
-                parts.push(Part::SpindleTurns);
+                out.parts.push(Part::SpindleTurns);
             }
         }
-        Some(parts)
+        Some(out.parts)
+    }
+
+    /// From R to the bottom in pecks: G73 clears the chip where it is, G83 above the hole.
+    fn peck(&self, hole: PerLetter, peck: f64, out: &mut CycleParts) {
+        let mut depth = self.r;
+        while depth > self.bottom {
+            let mut next = depth - peck;
+            if next < self.bottom + NO_PECK {
+                next = self.bottom;
+            }
+            out.feed(hole, next);
+            if next > self.bottom {
+                if self.code == 830 {
+                    out.rapid(hole, self.r);
+                }
+                out.rapid(hole, next + PECK_CLEARANCE);
+            }
+            depth = next;
+        }
     }
 }

@@ -14,7 +14,7 @@ mod preconditions;
 mod tool;
 
 use super::axes::COUNT;
-use super::codes::{Code, Machine};
+use super::codes::Machine;
 use super::fault::{Fault, Kind};
 use super::modal::Cutter;
 use super::moves::Move;
@@ -64,9 +64,7 @@ impl State {
         rules: &Rules,
         step: &mut Step,
     ) -> Result<(), Fault> {
-        if block.percent && self.begun {
-            self.ended = true;
-        }
+        self.ended |= block.percent && self.begun;
         if let Some(command) = block.command {
             self.begun = true;
             self.command_of_printer(command, rules, step);
@@ -76,19 +74,8 @@ impl State {
             return Ok(());
         }
         self.begun = true;
-        if block.deleted {
-            match rules.block_delete {
-                Some(true) => return Ok(()),
-                Some(false) => {}
-                None if is_neutral(block, rules) => {}
-                None => {
-                    return Err(Fault::new(
-                        0..block.end,
-                        "a line after `/`: a switch of the controller decides whether it runs",
-                        "pass the position of the switch: --block-delete on or off",
-                    ));
-                }
-            }
+        if is_skipped(block, rules)? {
+            return Ok(());
         }
         let mut asked = Asked::read(block, rules)?;
         self.feed_and_tool(&asked, step)?;
@@ -99,31 +86,26 @@ impl State {
         self.pass_others(&mut asked)?;
         step.others = named & !asked.free;
         self.do_once(&asked, step)?;
-        let goes_home = matches!(asked.once, Some((Code::Home(_), _)));
-        let beside = rules.dialect.table().homes_beside_motion;
-        let is_mode = beside && goes_home && asked.cuts_or_positions();
-        if asked.free | step.others != asked.axes
-            && !is_mode
-            && let Some((Code::Motion(_) | Code::Probe | Code::Threading(_), word)) = asked.motion
-        {
-            return Err(Fault::new(
-                word.span(),
-                "two words in the line that take the axes",
-                "write two lines",
-            ));
+        if asked.free | step.others != asked.axes {
+            asked.refuse_motion()?;
         }
         self.do_motion(&asked, step)?;
         if step.motion.is_some() {
-            self.under = match (self.cutter, self.cutter_changes) {
-                (_, true) => Cutter::Changes,
-                (true, false) => Cutter::On,
-                (false, false) => Cutter::Off,
-            };
-            self.cutter_changes = false;
+            self.moved_under_cutter();
         }
         step.ends = block.ends(rules.dialect);
         self.ended |= step.ends;
         Ok(())
+    }
+
+    /// What cutter compensation does with a motion: after the first one behind a change it holds.
+    fn moved_under_cutter(&mut self) {
+        self.under = match (self.cutter, self.cutter_changes) {
+            (_, true) => Cutter::Changes,
+            (true, false) => Cutter::On,
+            (false, false) => Cutter::Off,
+        };
+        self.cutter_changes = false;
     }
 }
 
@@ -138,6 +120,20 @@ impl State {
         self.feed_and_tool(&asked, &mut step)?;
         self.set_modes(&asked, &mut step)?;
         Ok(step)
+    }
+}
+
+/// True if the switch for lines after `/` leaves a line out.
+fn is_skipped(block: &Block, rules: &Rules) -> Result<bool, Fault> {
+    match rules.block_delete {
+        _ if !block.deleted => Ok(false),
+        Some(skips) => Ok(skips),
+        None if is_neutral(block, rules) => Ok(false),
+        None => Err(Fault::new(
+            0..block.end,
+            "a line after `/`: a switch of the controller decides whether it runs",
+            "pass the position of the switch: --block-delete on or off",
+        )),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a program moves, line by line and motion by motion: for whoever checks it.
 
 use super::axes::{PerLetter, Position, is_rotary};
-use super::cycle::Part;
+use super::cycle::{Cycle, Part};
 use super::fault::{Fault, Refusal};
 use super::interpret::Step;
 use super::modal::{Cutter, Units};
@@ -131,8 +131,24 @@ impl<'a, R: BufRead> Reading<'a, R> {
 
     /// The single motions of the line that was read last: those of a cycle as LinuxCNC does them.
     pub fn segments(&self, motion: &Move) -> Vec<Segment> {
+        match motion {
+            Move::Straight(straight, rate) => {
+                let path = Path::Line(straight.from.at, straight.to);
+                vec![Segment {
+                    whole: straight.from.missing(self.tables.axes).is_none(),
+                    due: straight.due,
+                    retracts: straight.machine && *rate == Rate::Rapid,
+                    ..self.segment(path, *rate)
+                }]
+            }
+            Move::Arc(arc, rate) => vec![self.segment(Path::Arc(*arc), *rate)],
+            Move::Cycle(cycle) => self.segments_of_cycle(cycle),
+        }
+    }
+
+    fn segment(&self, path: Path, rate: Rate) -> Segment {
         let state = &self.state;
-        let segment = |path: Path, rate: Rate| Segment {
+        Segment {
             line: self.number(),
             path,
             whole: true,
@@ -145,24 +161,14 @@ impl<'a, R: BufRead> Reading<'a, R> {
             cutter: state.under != Cutter::Off,
             retracts: false,
             due: u16::MAX,
-        };
-        let cycle = match motion {
-            Move::Straight(straight, rate) => {
-                let path = Path::Line(straight.from.at, straight.to);
-                return vec![Segment {
-                    whole: straight.from.missing(self.tables.axes).is_none(),
-                    due: straight.due,
-                    retracts: straight.machine && *rate == Rate::Rapid,
-                    ..segment(path, *rate)
-                }];
-            }
-            Move::Arc(arc, rate) => return vec![segment(Path::Arc(*arc), *rate)],
-            Move::Cycle(cycle) => cycle,
-        };
+        }
+    }
+
+    fn segments_of_cycle(&self, cycle: &Cycle) -> Vec<Segment> {
         let mut segments = Vec::new();
         let mut at = cycle.from;
         let mut go = |to: PerLetter, rate: Rate| {
-            segments.push(segment(Path::Line(at, to), rate));
+            segments.push(self.segment(Path::Line(at, to), rate));
             at = to;
         };
         match cycle.parts() {

@@ -123,18 +123,7 @@ impl Setup {
     /// What is wrong with it, and where.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: File = toml::from_str(text).map_err(|e| FileError::syntax(&e, text))?;
-        let units = match file.units.get_ref().as_str() {
-            "mm" => Units::Millimetre,
-            "inch" => Units::Inch,
-            _ => {
-                return Err(FileError::at(
-                    file.units.span(),
-                    "no unit of length",
-                    "here",
-                    "write \"mm\" or \"inch\"",
-                ));
-            }
-        };
+        let units = units_of(&file.units)?;
         let mut setup = Self {
             units: Some(units),
             decimals: mode(
@@ -163,16 +152,7 @@ impl Setup {
             setup.tool_change = Some(position(letters, units)?);
         }
         for (letter, entry) in &file.axis {
-            let axis = axis_of(letter.get_ref()).filter(|axis| axes::is_rotary(*axis));
-            let axis = axis.ok_or_else(|| {
-                FileError::at(
-                    letter.span(),
-                    "no rotary axis",
-                    "here",
-                    "write [axis.A], [axis.B] or [axis.C]",
-                )
-            })?;
-            setup.wrapped[axis] = Some(entry.wrapped);
+            setup.wrapped[rotary_axis(letter)?] = Some(entry.wrapped);
         }
         Ok(setup)
     }
@@ -394,6 +374,32 @@ fn number_of(name: &str) -> Option<Number> {
     let tenths = name.strip_prefix('G')?.parse::<f64>().ok()? * 10.0;
     let whole = (tenths - tenths.round()).abs() < 1e-6;
     super::codes::system(tenths.round() as u16).filter(|_| whole)
+}
+
+/// The unit of lengths of a setup.
+fn units_of(name: &Spanned<String>) -> Result<Units, FileError> {
+    match name.get_ref().as_str() {
+        "mm" => Ok(Units::Millimetre),
+        "inch" => Ok(Units::Inch),
+        _ => Err(FileError::at(
+            name.span(),
+            "no unit of length",
+            "here",
+            "write \"mm\" or \"inch\"",
+        )),
+    }
+}
+
+fn rotary_axis(letter: &Spanned<String>) -> Result<usize, FileError> {
+    let axis = axis_of(letter.get_ref()).filter(|axis| axes::is_rotary(*axis));
+    axis.ok_or_else(|| {
+        FileError::at(
+            letter.span(),
+            "no rotary axis",
+            "here",
+            "write [axis.A], [axis.B] or [axis.C]",
+        )
+    })
 }
 
 #[cfg(test)]

@@ -180,12 +180,7 @@ impl<'t> Inliner<'t> {
             }
             let named = block.word(b'O');
             if depth > 0 && (block.percent || named.is_some() && at > start) {
-                return Err(self.refused(
-                    at,
-                    0..line.len(),
-                    "a subprogram without M99",
-                    "end it with M99",
-                ));
+                return Err(self.without_return(at, line.len()));
             }
             if let (Some(word), true) = (named, depth > 0) {
                 self.without(at, &block, |other| other == word);
@@ -196,67 +191,79 @@ impl<'t> Inliner<'t> {
                 return Ok(Flow::Ended(at));
             }
             begun |= !block.words.is_empty();
-            let call = block
-                .words
-                .iter()
-                .find_map(|word| Some((word, call_of(word)?)));
-            let Some((word, call)) = call else {
-                self.copy(at);
-                if block.ends(self.dialect) {
-                    return Ok(Flow::Ended(at));
+            let mut words = block.words.iter();
+            let flow = match words.find_map(|word| Some((word, call_of(word)?))) {
+                Some((word, call)) => self.call(at, &block, word, call, depth)?,
+                None => {
+                    self.copy(at);
+                    block.ends(self.dialect).then_some(Flow::Ended(at))
                 }
-                continue;
             };
-            if block.deleted {
-                return Err(self.refused(
-                    at,
-                    word.span(),
-                    "a call or a return after `/`",
-                    "take `/` or the line out",
-                ));
-            }
-            if call == Call::Return {
-                if depth == 0 || block.word(b'P').is_some() {
-                    return Err(self.refused(
-                        at,
-                        word.span(),
-                        "M99 in the main program, or with P: it jumps",
-                        "end the main program with M30, and subprograms with M99 alone",
-                    ));
-                }
-                self.without(at, &block, |other| other == word);
-                return Ok(Flow::Returned);
-            }
-            let (to, times) = self.target(at, &block, word, call)?;
-            if depth >= DEEPEST {
-                return Err(self.refused(
-                    at,
-                    word.span(),
-                    "calls within more than ten calls",
-                    "check which subprogram calls itself",
-                ));
-            }
-            self.without(at, &block, |other| {
-                other == word || b"PL".contains(&other.letter)
-            });
-            for _ in 0..times {
-                if let Flow::Ended(_) = self.run(to, depth + 1)? {
-                    return Ok(Flow::Ended(at));
-                }
-                if self.done.text.len() > LARGEST {
-                    return Err(self.refused(
-                        at,
-                        word.span(),
-                        "more than 256 MB of calls written out",
-                        "check L: it is how often the subprogram is called",
-                    ));
-                }
+            if let Some(flow) = flow {
+                return Ok(flow);
             }
         }
         match depth {
             0 => Ok(Flow::Ended(self.lines.len())),
-            _ => Err(self.refused(start, 0..0, "a subprogram without M99", "end it with M99")),
+            _ => Err(self.without_return(start, 0)),
         }
+    }
+
+    /// A line with a call or a return; `None`: lines go on behind it.
+    fn call(
+        &mut self,
+        at: usize,
+        block: &Block,
+        word: &Word,
+        call: Call,
+        depth: usize,
+    ) -> Result<Option<Flow>, Refusal> {
+        if block.deleted {
+            return Err(self.refused(
+                at,
+                word.span(),
+                "a call or a return after `/`",
+                "take `/` or the line out",
+            ));
+        }
+        if call == Call::Return {
+            if depth == 0 || block.word(b'P').is_some() {
+                return Err(self.refused(
+                    at,
+                    word.span(),
+                    "M99 in the main program, or with P: it jumps",
+                    "end the main program with M30, and subprograms with M99 alone",
+                ));
+            }
+            self.without(at, block, |other| other == word);
+            return Ok(Some(Flow::Returned));
+        }
+        let (to, times) = self.target(at, block, word, call)?;
+        if depth >= DEEPEST {
+            return Err(self.refused(
+                at,
+                word.span(),
+                "calls within more than ten calls",
+                "check which subprogram calls itself",
+            ));
+        }
+        self.without(at, block, |other| {
+            other == word || b"PL".contains(&other.letter)
+        });
+        for _ in 0..times {
+            if let Flow::Ended(_) = self.run(to, depth + 1)? {
+                return Ok(Some(Flow::Ended(at)));
+            }
+            if self.done.text.len() > LARGEST {
+                return Err(self.refused(
+                    at,
+                    word.span(),
+                    "more than 256 MB of calls written out",
+                    "check L: it is how often the subprogram is called",
+                ));
+            }
+        }
+        Ok(None)
     }
 
     /// Where a call leads, and how often.
@@ -274,7 +281,6 @@ impl<'t> Inliner<'t> {
         };
         let number = whole(b'P').map(|p| p.value as u32);
         let times = whole(b'L').map(|l| l.value as u32).filter(|l| *l > 0);
-        let missing = |cause: String, remedy: &str| self.refused(at, word.span(), &cause, remedy);
         if let (Some(often), None) = (block.word(b'L'), times) {
             return Err(self.refused(
                 at,
@@ -283,27 +289,34 @@ impl<'t> Inliner<'t> {
                 "write a whole number from 1 up, or remove the call",
             ));
         }
-        let Some(number) = number else {
-            return Err(missing(
+        let to = match (number, call) {
+            (None, _) => Err((
                 "a call without P".to_owned(),
                 "write P with the number of the subprogram",
-            ));
-        };
-        if call == Call::Line {
-            let to = self.numbers.get(&(self.within[at], number));
-            return match to {
+            )),
+            (Some(number), Call::Line) => match self.numbers.get(&(self.within[at], number)) {
                 Some(to) => Ok((*to, times.unwrap_or(1))),
-                None => Err(missing(
+                None => Err((
                     format!("the program has no line N{number}"),
                     "write the number of a line of the same program after P",
                 )),
-            };
-        }
+            },
+            (Some(number), _) => self.program(number, times),
+        };
+        to.map_err(|(cause, remedy)| self.refused(at, word.span(), &cause, remedy))
+    }
+
+    /// Where a program begins, and how often it is called; or why that is not known, and what to do.
+    fn program(
+        &self,
+        number: u32,
+        times: Option<u32>,
+    ) -> Result<(usize, u32), (String, &'static str)> {
         // P00031234 is three times O1234 on a Fanuc; on a Haas all digits are the program's.
         let has_times = self.dialect == Dialect::Fanuc && number > 9999 && times.is_none();
         let short = has_times.then(|| self.programs.get(&(number % 10_000)));
         match (self.programs.get(&number), short.flatten()) {
-            (Some(_), Some(_)) => Err(missing(
+            (Some(_), Some(_)) => Err((
                 format!(
                     "P{number} is program {number}, or {} times program {}",
                     number / 10_000,
@@ -313,11 +326,16 @@ impl<'t> Inliner<'t> {
             )),
             (Some(to), None) => Ok((*to, times.unwrap_or(1))),
             (None, Some(to)) => Ok((*to, number / 10_000)),
-            (None, None) => Err(missing(
+            (None, None) => Err((
                 format!("the file has no program O{number}"),
                 "append the subprogram to the file, from its line O to its M99",
             )),
         }
+    }
+
+    /// A subprogram that does not end.
+    fn without_return(&self, at: usize, length: usize) -> Refusal {
+        self.refused(at, 0..length, "a subprogram without M99", "end it with M99")
     }
 
     fn refused(

@@ -57,24 +57,7 @@ impl<'a> Tables<'a> {
             reach: [[f64::NEG_INFINITY, f64::INFINITY]; COUNT],
         };
         for (number, axis) in compensation.axes().iter().enumerate() {
-            let Some(letter) = axes::index(axis.name) else {
-                let name = char::from(axis.name);
-                return Err(format!(
-                    "the compensation has an axis {name}, which programs do not"
-                ));
-            };
-            tables.letters.push(letter);
-            tables.axes |= 1 << letter;
-            tables.period[letter] = f64::from(axis.period);
-            tables.travel[letter] = (axis.period == 0.0).then_some(axis.travel.map(f64::from));
-            tables.reversal_threshold[letter] = f64::from(axis.reversal_threshold);
-            if let Some(most) = compensation.farthest(number) {
-                tables.farthest[letter] = f64::from(most);
-            }
-            let [low, high] = tables.limits(letter);
-            // A position in the program has decimals, the travel in the blob is f32.
-            let slack = 1e-6 * high.abs().max(low.abs()).max(1.0);
-            tables.reach[letter] = [low - slack, high + slack];
+            tables.add_axis(number, axis)?;
         }
         for bank in compensation.banks() {
             tables.spaced(bank.input, bank.step);
@@ -84,25 +67,51 @@ impl<'a> Tables<'a> {
                 tables.directional |= 1 << letter;
             }
         }
-        let others = compensation.auxiliaries().iter();
-        let others = others.take_while(|a| a.kind != AuxiliaryKind::ToolLength);
-        let length = compensation.axes().len() + others.count();
-        for bank in compensation.banks() {
-            if usize::from(bank.input) == length {
-                let [low, high] = &mut tables.lengths;
+        for axis in compensation.grids().iter().flat_map(|grid| &grid.axes) {
+            tables.spaced(axis.input, axis.step);
+        }
+        tables.find_tool_length();
+        tables.bend = Bend::new(compensation, &tables.letters);
+        Ok(tables)
+    }
+
+    fn add_axis(&mut self, number: usize, axis: &trueaxis::Axis) -> Result<(), String> {
+        let Some(letter) = axes::index(axis.name) else {
+            let name = char::from(axis.name);
+            return Err(format!(
+                "the compensation has an axis {name}, which programs do not"
+            ));
+        };
+        self.letters.push(letter);
+        self.axes |= 1 << letter;
+        self.period[letter] = f64::from(axis.period);
+        self.travel[letter] = (axis.period == 0.0).then_some(axis.travel.map(f64::from));
+        self.reversal_threshold[letter] = f64::from(axis.reversal_threshold);
+        if let Some(most) = self.compensation.farthest(number) {
+            self.farthest[letter] = f64::from(most);
+        }
+        let [low, high] = self.limits(letter);
+        // A position in the program has decimals, the travel in the blob is f32.
+        let slack = 1e-6 * high.abs().max(low.abs()).max(1.0);
+        self.reach[letter] = [low - slack, high + slack];
+        Ok(())
+    }
+
+    /// Whether the tool length is an input, and which lengths the tables reach.
+    fn find_tool_length(&mut self) {
+        let auxiliaries = self.compensation.auxiliaries();
+        let place = auxiliaries
+            .iter()
+            .position(|a| a.kind == AuxiliaryKind::ToolLength);
+        self.takes_length = place.is_some();
+        let input = self.compensation.axes().len() + place.unwrap_or(auxiliaries.len());
+        for bank in self.compensation.banks() {
+            if usize::from(bank.input) == input {
+                let [low, high] = &mut self.lengths;
                 *low = low.max(f64::from(bank.start));
                 *high = high.min(f64::from(bank.end()));
             }
         }
-        for axis in compensation.grids().iter().flat_map(|grid| &grid.axes) {
-            tables.spaced(axis.input, axis.step);
-        }
-        let auxiliaries = compensation.auxiliaries().iter();
-        tables.takes_length = auxiliaries
-            .into_iter()
-            .any(|a| a.kind == AuxiliaryKind::ToolLength);
-        tables.bend = Bend::new(compensation, &tables.letters);
-        Ok(tables)
     }
 
     /// Axes (bits) that turn for ever.

@@ -37,6 +37,34 @@ pub struct Word {
 }
 
 impl Word {
+    /// A letter with the number at `place`.
+    fn with_number(letter: u8, start: usize, place: usize, number: &Number) -> Self {
+        Self {
+            letter,
+            value: number.value,
+            start,
+            number: place,
+            end: number.end,
+            decimals: number.decimals,
+            point: number.point,
+            distance: None,
+        }
+    }
+
+    /// A word whose bytes are not a letter and a number.
+    fn meant(letter: u8, value: f64, start: usize, end: usize) -> Self {
+        Self {
+            letter,
+            value,
+            start,
+            number: start,
+            end,
+            decimals: 0,
+            point: false,
+            distance: None,
+        }
+    }
+
     /// Bytes of the number.
     #[must_use]
     pub fn digits(&self) -> std::ops::Range<usize> {
@@ -279,18 +307,7 @@ impl Block {
                     self.look_for_mark(&line[at..]);
                     break;
                 }
-                b'(' if !dialect.table().has_names => {
-                    let Some(length) = line[at..].iter().position(|b| *b == b')') else {
-                        return Err(Fault::new(
-                            at..line.len(),
-                            "a comment that does not end",
-                            "end it with `)` in the same line",
-                        ));
-                    };
-                    self.has_text = true;
-                    self.look_for_mark(&line[at..at + length]);
-                    at += length + 1;
-                }
+                b'(' if !dialect.table().has_names => at = self.comment(line, at)?,
                 b'/' if self.words.is_empty() && !self.deleted => {
                     self.deleted = true;
                     at += 1;
@@ -316,6 +333,20 @@ impl Block {
             }
         }
         Ok(())
+    }
+
+    /// A comment in brackets; returns where it ends.
+    fn comment(&mut self, line: &[u8], start: usize) -> Result<usize, Fault> {
+        let Some(length) = line[start..].iter().position(|b| *b == b')') else {
+            return Err(Fault::new(
+                start..line.len(),
+                "a comment that does not end",
+                "end it with `)` in the same line",
+            ));
+        };
+        self.has_text = true;
+        self.look_for_mark(&line[start..start + length]);
+        Ok(start + length + 1)
     }
 
     fn look_for_mark(&mut self, comment: &[u8]) {
@@ -344,16 +375,7 @@ impl Block {
             && let Some((name, value)) = transformation(&line[start..])
         {
             let end = start + name.len();
-            self.push(Word {
-                letter: b'M',
-                value,
-                start,
-                number: start,
-                end,
-                decimals: 0,
-                point: false,
-                distance: None,
-            });
+            self.push(Word::meant(b'M', value, start, end));
             return Ok(end);
         }
         let Some(read) = number_at(line, number) else {
@@ -367,23 +389,13 @@ impl Block {
                 ),
             });
         };
-        let Number {
-            value,
-            end,
-            decimals,
-            point,
-        } = read;
-        let word = Word {
-            letter,
-            value,
-            start,
-            number,
-            end,
-            decimals,
-            point,
-            distance: None,
-        };
-        self.add(word)
+        self.add(Word::with_number(letter, start, number, &read))
+    }
+
+    /// The axes that have words, a bit each.
+    pub(crate) fn axes(&self) -> u16 {
+        let axes = self.words.iter().filter_map(|w| axes::index(w.letter));
+        axes.fold(0, |mask, axis| mask | 1 << axis)
     }
 
     /// Adds a word of a line; returns where it ends.

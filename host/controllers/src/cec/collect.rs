@@ -220,11 +220,8 @@ impl Output {
         }
         if tables == FactorTables::Added {
             // f·(g − 1) + f = f·g. If g holds for one direction only, −f subtracts it.
-            match group
-                .by
-                .iter_mut()
-                .find(|c| c.travel == TravelDirection::Both)
-            {
+            let mut columns = group.by.iter_mut();
+            match columns.find(|c| c.travel == TravelDirection::Both) {
                 Some(column) => column.values.iter_mut().for_each(|v| *v -= 1.0),
                 None => {
                     let mut off = named.clone();

@@ -249,93 +249,49 @@ fn a_measuring_system_is_read_once_it_is_said_what_its_values_are() {
     assert!(error.message.contains("both encoders"), "{error}");
 }
 
+/// A text in the file of a table, what it becomes, the line of the error, and a part of its message.
+const NOT_UNDERSTOOD: &str = r"$AN_CEC[0,1]=0.002 | ... | 5 | value 1 of table 0 is missing
+$AN_CEC[0,2]=-0.001\n | | 4 | value 2 of table 0 is missing
+[0,2] | [0,7] | 4 | values 2 to 6 of table 0 are missing
+M17 | ... | 15 | no value is missing
+M17 | $AN_CEC[0,3]=0 | 15 | value 3 of table 0 is beyond MAX
+M17 | $AN_CEC[0,2]=0 | 15 | a second time
+M17 | M17\nMETRIC | 16 | after the end
+M17 | INCH | 15 | other unit
+M17 | $MN_MM_CEC_MAX_POINTS[0]=3 | 15 | not one of the compensation
+METRIC\n | | 3 | whether it is metric
+=AX3 | =AX4 | 7 | `AX4` is not in the map
+0.002 | 0,002 | 5 | not a number
+0.002 | 2e-3 | 5 | not a number
+0.002 | NAN | 5 | not a number
+[0,1] | [0,-1] | 5 | not the indices of $AN_CEC
+[0,1] | [0] | 5 | not the indices of $AN_CEC
+$AN_CEC_MIN[0]=-100\n | | 4 | has no $AN_CEC_MIN
+$AN_CEC_OUTPUT_AXIS[0]=AX1\n | | 4 | has no $AN_CEC_OUTPUT_AXIS
+STEP[0]=50 | STEP[0]=0 | 9 | STEP of table 0 is not between
+STEP[0]=50 | STEP[0]=500 | 9 | STEP of table 0 is not between
+STEP[0]=50 | STEP[0]=1EX-300 | 9 | STEP of table 0 make more than 99999
+MAX[0]=0 | MAX[0]=-100 | 11 | not above MIN
+MODULO[0]=0 | MODULO[0]=2 | 12 | neither 0 nor 1
+DIRECTION[0]=0 | DIRECTION[0]=2 | 13 | none of 0, 1 and -1
+TABLE[0]=0 | TABLE[0]=2 | 14 | table 1, which is not in the file
+TABLE[0]=0 | TABLE[0]=0.5 | 14 | not a number of a table
+M17 | $SN_CEC_TABLE_ENABLE[0]=0 | 15 | switched off";
+
 #[test]
 fn what_is_not_understood_is_refused_at_its_line() {
     let text = file(&table(0, &VALUES, &[]));
-    for (from, to, line, cause) in [
-        (
-            "$AN_CEC[0,1]=0.002",
-            "...",
-            5,
-            "value 1 of table 0 is missing",
-        ),
-        (
-            "$AN_CEC[0,2]=-0.001\n",
-            "",
-            4,
-            "value 2 of table 0 is missing",
-        ),
-        ("[0,2]", "[0,7]", 4, "values 2 to 6 of table 0 are missing"),
-        ("M17", "...", 15, "no value is missing"),
-        (
-            "M17",
-            "$AN_CEC[0,3]=0",
-            15,
-            "value 3 of table 0 is beyond MAX",
-        ),
-        ("M17", "$AN_CEC[0,2]=0", 15, "a second time"),
-        ("M17", "M17\nMETRIC", 16, "after the end"),
-        ("M17", "INCH", 15, "other unit"),
-        (
-            "M17",
-            "$MN_MM_CEC_MAX_POINTS[0]=3",
-            15,
-            "not one of the compensation",
-        ),
-        ("METRIC\n", "", 3, "whether it is metric"),
-        ("=AX3", "=AX4", 7, "`AX4` is not in the map"),
-        ("0.002", "0,002", 5, "not a number"),
-        ("0.002", "2e-3", 5, "not a number"),
-        ("0.002", "NAN", 5, "not a number"),
-        ("[0,1]", "[0,-1]", 5, "not the indices of $AN_CEC"),
-        ("[0,1]", "[0]", 5, "not the indices of $AN_CEC"),
-        ("$AN_CEC_MIN[0]=-100\n", "", 4, "has no $AN_CEC_MIN"),
-        (
-            "$AN_CEC_OUTPUT_AXIS[0]=AX1\n",
-            "",
-            4,
-            "has no $AN_CEC_OUTPUT_AXIS",
-        ),
-        (
-            "STEP[0]=50",
-            "STEP[0]=0",
-            9,
-            "STEP of table 0 is not between",
-        ),
-        (
-            "STEP[0]=50",
-            "STEP[0]=500",
-            9,
-            "STEP of table 0 is not between",
-        ),
-        (
-            "STEP[0]=50",
-            "STEP[0]=1EX-300",
-            9,
-            "STEP of table 0 make more than 99999",
-        ),
-        ("MAX[0]=0", "MAX[0]=-100", 11, "not above MIN"),
-        ("MODULO[0]=0", "MODULO[0]=2", 12, "neither 0 nor 1"),
-        (
-            "DIRECTION[0]=0",
-            "DIRECTION[0]=2",
-            13,
-            "none of 0, 1 and -1",
-        ),
-        (
-            "TABLE[0]=0",
-            "TABLE[0]=2",
-            14,
-            "table 1, which is not in the file",
-        ),
-        ("TABLE[0]=0", "TABLE[0]=0.5", 14, "not a number of a table"),
-        ("M17", "$SN_CEC_TABLE_ENABLE[0]=0", 15, "switched off"),
-    ] {
+    for row in NOT_UNDERSTOOD.lines() {
+        let row = row.replace("\\n", "\n");
+        let cells: Vec<&str> = row.split('|').map(|cell| cell.trim_matches(' ')).collect();
+        let [from, to, line, cause] = cells[..] else {
+            panic!("{row}");
+        };
         assert!(text.contains(from), "{from}");
         let text = text.replacen(from, to, 1);
         let error = reader(&text, |_| {}).unwrap_err();
         assert!(error.message.contains(cause), "{from} {to}: {error}");
-        assert_eq!(error.line(&text), Some(line), "{from} {to}: {error}");
+        assert_eq!(error.line(&text), line.parse().ok(), "{from} {to}: {error}");
         assert!(!error.remedy.is_empty());
     }
     let error = reader("METRIC\n; nothing\nM17\n", |_| {}).unwrap_err();
@@ -349,6 +305,8 @@ fn products_that_nobody_knows_the_meaning_of_are_refused() {
         file(&each.collect::<String>())
     };
     let by_0 = "$AN_CEC_MULT_BY_TABLE[1]=1";
+    let plain = body([&[], &[by_0], &[]]);
+    let weighted = |table| plain.replace("M17", &format!("$SN_CEC_TABLE_WEIGHT[{table}]=2"));
     for (text, added, cause) in [
         (
             body([&[], &[by_0, "$AN_CEC_OUTPUT_AXIS[1]=AX2"], &[]]),
@@ -365,21 +323,9 @@ fn products_that_nobody_knows_the_meaning_of_are_refused() {
             false,
             "is itself multiplied",
         ),
-        (
-            body([&[], &[by_0], &[]]).replace("METRIC", "INCH"),
-            false,
-            "in inches",
-        ),
-        (
-            body([&[], &[by_0], &[]]).replace("M17", "$SN_CEC_TABLE_WEIGHT[0]=2"),
-            false,
-            "has a weight",
-        ),
-        (
-            body([&[], &[by_0], &[]]).replace("M17", "$SN_CEC_TABLE_WEIGHT[1]=2"),
-            false,
-            "has a weight",
-        ),
+        (plain.replace("METRIC", "INCH"), false, "in inches"),
+        (weighted(0), false, "has a weight"),
+        (weighted(1), false, "has a weight"),
     ] {
         let error = reader(&text, |r| {
             if added {
@@ -394,15 +340,16 @@ fn products_that_nobody_knows_the_meaning_of_are_refused() {
     assert_eq!(reader(&square, |_| {}).unwrap().tables[0].times, Some(0));
 }
 
+/// The lines and the messages of what is doubted in a file.
+fn said(text: &str) -> Vec<(usize, String)> {
+    let doubts = reader(text, |_| {}).unwrap().doubts;
+    let said = doubts.iter();
+    said.map(|d| (d.line(text).unwrap(), d.message.clone()))
+        .collect()
+}
+
 #[test]
 fn what_is_hardly_meant_is_warned_of_at_its_line() {
-    let said = |text: &str| {
-        let doubts = reader(text, |_| {}).unwrap().doubts;
-        let said = doubts
-            .iter()
-            .map(|d| (d.line(text).unwrap(), d.message.clone()));
-        said.collect::<Vec<_>>()
-    };
     let steep = file(&table(0, &["0", "0.4", "0.5"], &[]));
     let [(5, message)] = &said(&steep)[..] else {
         panic!("{:?}", said(&steep));
@@ -426,7 +373,11 @@ fn what_is_hardly_meant_is_warned_of_at_its_line() {
         message.contains("stands out at -70: -0.03 mm between 0.002 and 0.004"),
         "{message}"
     );
-    // A third of 100 mm, rounded.
+}
+
+#[test]
+fn a_rounded_step_is_warned_of_at_its_line() {
+    // A third of 100 mm.
     let values = ["0", "0.001", "0.002", "0.003"];
     let rounded = file(&table(0, &values, &["$AN_CEC_STEP[0]=33"]));
     let [(10, message)] = &said(&rounded)[..] else {

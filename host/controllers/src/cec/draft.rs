@@ -17,6 +17,27 @@ pub fn draft(
     tables: &[CecTable],
     factor_tables: FactorTables,
 ) -> Draft {
+    let banks = banks(tables);
+    let mut numbers = vec![0_u8; tables.len()];
+    let members = banks.iter().flat_map(|(_, members)| members);
+    for (number, member) in members.enumerate() {
+        // More than 255 are rejected when a file is read, and when a plan is made.
+        numbers[*member] = number as u8;
+    }
+    Draft {
+        terms: terms(tables, &numbers, factor_tables),
+        machine: machine.to_owned(),
+        policy,
+        axes: axes.axes.clone(),
+        auxiliaries,
+        banks: banks.into_iter().map(|(bank, _)| bank).collect(),
+        grids: Vec::new(),
+        notes: trueaxis::Notes::default(),
+    }
+}
+
+/// Banks of tables with the same points, and which tables they have.
+fn banks(tables: &[CecTable]) -> Vec<(DraftBank, Vec<usize>)> {
     let mut banks: Vec<(DraftBank, Vec<usize>)> = Vec::new();
     for (index, table) in tables.iter().enumerate() {
         let bank = bank(table);
@@ -41,22 +62,7 @@ pub fn draft(
             )),
         }
     }
-    let mut numbers = vec![0_u8; tables.len()];
-    let members = banks.iter().flat_map(|(_, members)| members);
-    for (number, member) in members.enumerate() {
-        // More than 255 are rejected when a file is read, and when a plan is made.
-        numbers[*member] = number as u8;
-    }
-    Draft {
-        terms: terms(tables, &numbers, factor_tables),
-        machine: machine.to_owned(),
-        policy,
-        axes: axes.axes.clone(),
-        auxiliaries,
-        banks: banks.into_iter().map(|(bank, _)| bank).collect(),
-        grids: Vec::new(),
-        notes: trueaxis::Notes::default(),
-    }
+    banks
 }
 
 /// The terms of tables with these numbers; the own term of a factor comes before its products.

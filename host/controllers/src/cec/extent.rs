@@ -4,6 +4,7 @@ use super::raw::{HIGHEST, MISSING, MOST, Raw};
 use super::reading::ReadOptions;
 use super::spacing::{Spacing, whole};
 use super::variable::{KnownVariable, VariableKey};
+use std::ops::Range;
 use trueaxis_model::source::FileError;
 
 impl Raw<'_> {
@@ -15,49 +16,22 @@ impl Raw<'_> {
         unit: f64,
         doubts: &mut Vec<FileError>,
     ) -> Result<Spacing, FileError> {
-        let (min, _) = self.needed(KnownVariable::Min, key)?;
-        let (max, at_max) = self.needed(KnownVariable::Max, key)?;
-        let (step, at_step) = self.needed(KnownVariable::Step, key)?;
+        let ([min, max, step], at_step) = self.extent(key)?;
         let table = key.said();
-        if max <= min {
-            return Err(FileError::at(
-                at_max,
-                format!("MAX of {table} is not above MIN"),
-                "here",
-                format!("MIN is {min}"),
-            ));
-        }
-        if step <= 0.0 || step > max - min {
-            return Err(FileError::at(
-                at_step,
-                format!("STEP of {table} is not between 0 and MAX - MIN"),
-                "here",
-                format!("{} mm or degrees are from MIN to MAX", max - min),
-            ));
-        }
-        let span = max - min;
-        let exact = whole(span, step);
+        let exact = whole(max - min, step);
+        let below = exact.unwrap_or(((max - min) / step).floor());
         if modulo && exact.is_none() {
             return Err(FileError::at(
                 at_step,
                 format!(
                     "STEP goes {} times into MAX - MIN of {table}, which repeats",
-                    span / step
+                    (max - min) / step
                 ),
                 "no whole number",
                 "write STEP with all its decimals, or choose one that divides the period",
             ));
         }
-        let below = exact.unwrap_or((span / step).floor());
-        if below > HIGHEST as f64 {
-            return Err(FileError::at(
-                at_step,
-                format!("MIN, MAX and STEP of {table} make more than {HIGHEST} values"),
-                "here",
-                "no table of a controller has so many: correct STEP",
-            ));
-        }
-        let values = self.values_in_a_row(key, below)?;
+        let values = self.values_in_a_row(key, below, at_step.clone())?;
         let intervals = values - 1;
         if modulo && intervals < 2 {
             return Err(self.error(
@@ -83,25 +57,58 @@ impl Raw<'_> {
                 "write STEP with all its decimals, or the MAX that is meant",
             ));
         }
-        let [from, to] = [spacing.start, spacing.end() as f32];
-        let is_apart = (1.0 / spacing.step).is_finite()
-            && [from, to]
-                .iter()
-                .all(|end| end.abs() < MOST as f32 && end + spacing.step != *end);
-        if !is_apart {
-            return Err(FileError::at(
+        match is_apart(&spacing) {
+            true => Ok(spacing),
+            false => Err(FileError::at(
                 at_step,
                 format!("STEP of {table} is too small for where it is"),
                 "here",
                 "points of a table must be apart",
+            )),
+        }
+    }
+
+    /// MIN, MAX and STEP, and the place of STEP.
+    fn extent(&self, key: VariableKey) -> Result<([f64; 3], Range<usize>), FileError> {
+        let (min, _) = self.needed(KnownVariable::Min, key)?;
+        let (max, at_max) = self.needed(KnownVariable::Max, key)?;
+        let (step, at_step) = self.needed(KnownVariable::Step, key)?;
+        let table = key.said();
+        if max <= min {
+            return Err(FileError::at(
+                at_max,
+                format!("MAX of {table} is not above MIN"),
+                "here",
+                format!("MIN is {min}"),
             ));
         }
-        Ok(spacing)
+        if step <= 0.0 || step > max - min {
+            return Err(FileError::at(
+                at_step,
+                format!("STEP of {table} is not between 0 and MAX - MIN"),
+                "here",
+                format!("{} mm or degrees are from MIN to MAX", max - min),
+            ));
+        }
+        Ok(([min, max, step], at_step))
     }
 
     /// The number of consecutive values, from the first to the one at MAX.
-    fn values_in_a_row(&self, key: VariableKey, intervals: f64) -> Result<usize, FileError> {
+    fn values_in_a_row(
+        &self,
+        key: VariableKey,
+        intervals: f64,
+        at_step: Range<usize>,
+    ) -> Result<usize, FileError> {
         let table = key.said();
+        if intervals > HIGHEST as f64 {
+            return Err(FileError::at(
+                at_step,
+                format!("MIN, MAX and STEP of {table} make more than {HIGHEST} values"),
+                "here",
+                "no table of a controller has so many: correct STEP",
+            ));
+        }
         let name = KnownVariable::Value.name(key);
         let expected = intervals as usize + 1;
         let missing = |from: usize, to: usize| {
@@ -165,4 +172,11 @@ impl Raw<'_> {
         }
         Ok(())
     }
+}
+
+/// True if neighbouring points differ as f32.
+fn is_apart(spacing: &Spacing) -> bool {
+    let mut ends = [spacing.start, spacing.end() as f32].into_iter();
+    (1.0 / spacing.step).is_finite()
+        && ends.all(|end| end.abs() < MOST as f32 && end + spacing.step != end)
 }

@@ -4,7 +4,7 @@ use super::axes::NamedAxes;
 use super::collect::{Factors, Output};
 use super::cost::{CecTolerance, LongProducts, Note};
 use super::literal::literal;
-use super::source::SourceTerms;
+use super::source::{SourceTerm, SourceTerms};
 use super::terms::ConversionForm;
 use super::{CecError, CecTable, FactorTables, TableLimits, named};
 use trueaxis::Largest;
@@ -61,42 +61,7 @@ pub fn plan(
     let mut notes = Vec::new();
     let tables = match ready {
         Some(tables) => tables,
-        None => {
-            let form = ConversionForm {
-                axes,
-                points: options.limits.points,
-                tolerance: options.tolerance,
-                long: options.long,
-            };
-            let mut outputs: Vec<Output> = Vec::new();
-            outputs.resize_with(axes.axes.len(), Output::default);
-            let mut long = Vec::new();
-            for term in terms {
-                let (output, weight) = (term.output, term.weight);
-                if term.adjustable && term.factors.len() != 1 {
-                    notes.push(Note::Fixed {
-                        output: axes.letter(output),
-                        weight,
-                    });
-                }
-                if let Some(normal) = form.normal(term, &mut notes, &mut long)? {
-                    outputs[output].take(normal);
-                }
-            }
-            if !long.is_empty() {
-                return Err(CecError::Long(long));
-            }
-            let factors = Factors {
-                tables: options.factor_tables,
-                limit: options.factor_limit,
-            };
-            check_factors(&outputs, axes, factors)?;
-            let mut tables = Vec::new();
-            for (index, output) in outputs.into_iter().enumerate() {
-                output.tables(index, axes.travel(index), factors, &mut tables);
-            }
-            tables
-        }
+        None => converted(terms, axes, options, &mut notes)?,
     };
     if tables.is_empty() {
         return Err(CecError::Nothing);
@@ -119,6 +84,47 @@ pub fn plan(
         sensors,
         is_literal,
     })
+}
+
+/// Tables of a compensation that does not follow the rules.
+fn converted(
+    terms: Vec<SourceTerm>,
+    axes: &NamedAxes,
+    options: &CecOptions,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<CecTable>, CecError> {
+    let form = ConversionForm {
+        axes,
+        points: options.limits.points,
+        tolerance: options.tolerance,
+        long: options.long,
+    };
+    let outputs = axes.axes.iter().map(|_| Output::default());
+    let mut outputs: Vec<Output> = outputs.collect();
+    let mut long = Vec::new();
+    for term in terms {
+        let output = term.output;
+        if term.adjustable && term.factors.len() != 1 {
+            let (output, weight) = (axes.letter(output), term.weight);
+            notes.push(Note::Fixed { output, weight });
+        }
+        if let Some(normal) = form.normal(term, notes, &mut long)? {
+            outputs[output].take(normal);
+        }
+    }
+    if !long.is_empty() {
+        return Err(CecError::Long(long));
+    }
+    let factors = Factors {
+        tables: options.factor_tables,
+        limit: options.factor_limit,
+    };
+    check_factors(&outputs, axes, factors)?;
+    let mut tables = Vec::new();
+    for (index, output) in outputs.into_iter().enumerate() {
+        output.tables(index, axes.travel(index), factors, &mut tables);
+    }
+    Ok(tables)
 }
 
 /// Whether tables that follow the rules also respect the limits of values and of factors.

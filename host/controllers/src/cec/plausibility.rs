@@ -28,45 +28,40 @@ pub fn doubts(
             continue;
         }
         let unit = axes.unit(table.output);
-        let of = format!(
-            "{}({})",
-            axes.letter(table.output),
-            axes.letter(table.input)
-        );
-        let place = |point: usize| {
-            let spans = raw[index].values.get(&point);
-            spans.map_or(raw[index].span.clone(), |(_, span)| span.clone())
-        };
-        if let Some(point) = outlier(&table.values) {
-            doubts.push(FileError::at(
-                place(point),
+        let [output, input] = [table.output, table.input].map(|axis| axes.letter(axis));
+        let (point, message, remedy) = if let Some(point) = outlier(&table.values) {
+            (
+                point,
                 format!(
-                    "the correction {of} stands out at {}: {} {unit} between {} and {}",
+                    "the correction {output}({input}) stands out at {}: {} {unit} between {} and {}",
                     table.spacing.at(point),
                     table.values[point],
                     table.values[point - 1],
                     table.values[point + 1]
                 ),
-                "here",
                 "look whether a sign or a digit is wrong",
-            ));
+            )
         } else if !axes.is_rotary(table.input)
             && !axes.is_rotary(table.output)
             && let Some((point, slope)) = steepest(table)
             && slope > SLOPE
         {
-            doubts.push(FileError::at(
-                place(point + 1),
+            (
+                point + 1,
                 format!(
-                    "the correction {of} changes by {:.3} µm/mm from {} to {}",
+                    "the correction {output}({input}) changes by {:.3} µm/mm from {} to {}",
                     slope * 1e3,
                     table.spacing.at(point),
                     table.spacing.at(point + 1)
                 ),
-                "here",
                 "look whether the unit, MIN, MAX and STEP are right",
-            ));
-        }
+            )
+        } else {
+            continue;
+        };
+        let value = raw[index].values.get(&point);
+        let span = value.map_or(&raw[index].span, |(_, span)| span).clone();
+        doubts.push(FileError::at(span, message, "here", remedy));
     }
 }
 

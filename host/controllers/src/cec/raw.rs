@@ -164,9 +164,37 @@ impl<'t> Raw<'t> {
             self.check_period(key, &spacing, input, reading)?;
         }
         let sign = self.sign(key, keys, reading)?;
+        let values = self.scaled_values(key, sign * of_output, modulo)?;
+        let (mut travel, mut times, mut weight) = (TravelDirection::Both, None, 1.0);
+        if matches!(key, VariableKey::Table(_)) {
+            travel = self.travel(key, doubts)?;
+            times = self.times(key, keys, doubts)?;
+            if let Some((value, _)) = self.set(KnownVariable::Weight)? {
+                weight = value as f32;
+            }
+            self.check_enabled(key)?;
+        }
+        Ok(CecTable {
+            input,
+            output,
+            spacing,
+            values,
+            travel,
+            weight,
+            times,
+        })
+    }
+
+    /// The values in mm or degrees; those of a period without its end.
+    fn scaled_values(
+        &self,
+        key: VariableKey,
+        scale: f64,
+        modulo: bool,
+    ) -> Result<Vec<f32>, FileError> {
         let mut values = Vec::with_capacity(self.values.len());
         for written in self.values.values() {
-            let value = number(written.0).map(|value| sign * of_output * value);
+            let value = number(written.0).map(|value| scale * value);
             let value = value.filter(|value| value.abs() <= MOST);
             values.push(value.ok_or_else(|| no_number(written))? as f32);
         }
@@ -184,33 +212,20 @@ impl<'t> Raw<'t> {
                 });
             }
         }
-        let (mut travel, mut times, mut weight) = (TravelDirection::Both, None, 1.0);
-        if matches!(key, VariableKey::Table(_)) {
-            travel = self.travel(key, doubts)?;
-            times = self.times(key, keys, doubts)?;
-            if let Some((value, _)) = self.set(KnownVariable::Weight)? {
-                weight = value as f32;
-            }
-            if let Some((value, span)) = self.set(KnownVariable::Enable)?
-                && value != 1.0
-            {
-                return Err(FileError::at(
-                    span,
-                    format!("{} is switched off in the file", key.said()),
-                    "here",
-                    "leave the table out, or write 1",
-                ));
-            }
+        Ok(values)
+    }
+
+    /// A table must not be switched off.
+    fn check_enabled(&self, key: VariableKey) -> Result<(), FileError> {
+        match self.set(KnownVariable::Enable)? {
+            Some((value, span)) if value != 1.0 => Err(FileError::at(
+                span,
+                format!("{} is switched off in the file", key.said()),
+                "here",
+                "leave the table out, or write 1",
+            )),
+            _ => Ok(()),
         }
-        Ok(CecTable {
-            input,
-            output,
-            spacing,
-            values,
-            travel,
-            weight,
-            times,
-        })
     }
 
     /// True if a table is modulo. Generators write −1 for *no*.

@@ -1,7 +1,7 @@
 //! Converts the text of a file to tables.
 
 use super::CecTable;
-use super::axes::unknown_axis;
+use super::axes::{NamedAxes, unknown_axis};
 use super::multiplied::check_products;
 use super::plausibility;
 use super::raw::{HIGHEST, MISSING, Raw, number};
@@ -34,6 +34,15 @@ pub struct CorrectionLimit {
     pub value: f64,
     /// Place in the file.
     pub span: Range<usize>,
+}
+
+impl CorrectionLimit {
+    /// Lengths are converted like all of the file.
+    fn convert(&mut self, axes: &NamedAxes, to_mm: f64) {
+        if self.limited == Limited::Sum && !axes.is_rotary(self.axis) {
+            self.value *= to_mm;
+        }
+    }
 }
 
 /// What a [`CorrectionLimit`] limits.
@@ -104,29 +113,7 @@ impl<'t> CecReader<'t, '_> {
             CecStatement::Gap => {
                 self.gap.get_or_insert(span);
             }
-            CecStatement::Units(units) => {
-                if self
-                    .units
-                    .as_ref()
-                    .is_some_and(|(known, _)| *known != units)
-                {
-                    return Err(FileError::at(
-                        span,
-                        "the file has said before that it is in the other unit",
-                        "here",
-                        "leave one of METRIC and INCH",
-                    ));
-                }
-                if !self.raw.is_empty() && self.units.is_none() {
-                    return Err(FileError::at(
-                        span,
-                        "the unit is stated after the first table",
-                        "here",
-                        "write METRIC or INCH at the begin of the file",
-                    ));
-                }
-                self.units = Some((units, span));
-            }
+            CecStatement::Units(units) => self.set_units(units, span)?,
             CecStatement::Assignment {
                 name,
                 indices,
@@ -156,28 +143,7 @@ impl<'t> CecReader<'t, '_> {
             ));
         };
         let is_value = what == KnownVariable::Value;
-        let number = |text: &str| text.parse::<usize>().ok().filter(|n| *n <= HIGHEST);
-        let axis = |text: &str| self.reading.axes.find(text);
-        let key = match (kind, is_value, indices) {
-            (VariableFamily::Table, true, [table, k]) => number(table)
-                .zip(number(k))
-                .map(|(t, k)| (VariableKey::Table(t), k)),
-            (VariableFamily::Table, false, [table]) => {
-                number(table).map(|t| (VariableKey::Table(t), 0))
-            }
-            (VariableFamily::Encoder, true, [encoder, k, name]) => {
-                let axis = axis(name).ok_or_else(|| unknown_axis(name, &span))?;
-                number(encoder)
-                    .zip(number(k))
-                    .map(|(encoder, k)| (VariableKey::Encoder { axis, encoder }, k))
-            }
-            (VariableFamily::Encoder, false, [encoder, name]) => {
-                let axis = axis(name).ok_or_else(|| unknown_axis(name, &span))?;
-                number(encoder).map(|encoder| (VariableKey::Encoder { axis, encoder }, 0))
-            }
-            _ => None,
-        };
-        let Some((key, place)) = key else {
+        let Some((key, place)) = self.key(kind, is_value, indices, &span)? else {
             return Err(FileError::at(
                 span,
                 format!("these are not the indices of ${name}"),
@@ -186,10 +152,8 @@ impl<'t> CecReader<'t, '_> {
                  $AA_ENC_COMP_STEP[encoder,axis], with whole numbers from 0",
             ));
         };
-        let raw = self
-            .raw
-            .entry(key)
-            .or_insert_with(|| Raw::new(span.clone()));
+        let first = || Raw::new(span.clone());
+        let raw = self.raw.entry(key).or_insert_with(first);
         let before = match is_value {
             true => raw.values.insert(place, (value, span.clone())),
             false => raw.settings.insert(what, (value, span.clone())),
@@ -198,6 +162,59 @@ impl<'t> CecReader<'t, '_> {
             None => Ok(()),
             Some(_) => Err(twice(span)),
         }
+    }
+
+    /// The table and the number of a value that a variable is of.
+    fn key(
+        &self,
+        kind: VariableFamily,
+        is_value: bool,
+        indices: &[&str],
+        span: &Range<usize>,
+    ) -> Result<Option<(VariableKey, usize)>, FileError> {
+        let number = |text: &str| text.parse::<usize>().ok().filter(|n| *n <= HIGHEST);
+        let axis = |text: &str| {
+            let axis = self.reading.axes.find(text);
+            axis.ok_or_else(|| unknown_axis(text, span))
+        };
+        Ok(match (kind, is_value, indices) {
+            (VariableFamily::Table, true, [table, k]) => number(table)
+                .zip(number(k))
+                .map(|(t, k)| (VariableKey::Table(t), k)),
+            (VariableFamily::Table, false, [table]) => {
+                number(table).map(|t| (VariableKey::Table(t), 0))
+            }
+            (VariableFamily::Encoder, true, [encoder, k, name]) => {
+                let axis = axis(name)?;
+                number(encoder)
+                    .zip(number(k))
+                    .map(|(encoder, k)| (VariableKey::Encoder { axis, encoder }, k))
+            }
+            (VariableFamily::Encoder, false, [encoder, name]) => {
+                let axis = axis(name)?;
+                number(encoder).map(|encoder| (VariableKey::Encoder { axis, encoder }, 0))
+            }
+            _ => None,
+        })
+    }
+
+    /// METRIC or INCH, once and before the first table.
+    fn set_units(&mut self, units: LengthUnit, span: Range<usize>) -> Result<(), FileError> {
+        let (cause, remedy) = match &self.units {
+            Some((known, _)) if *known != units => (
+                "the file has said before that it is in the other unit",
+                "leave one of METRIC and INCH",
+            ),
+            None if !self.raw.is_empty() => (
+                "the unit is stated after the first table",
+                "write METRIC or INCH at the begin of the file",
+            ),
+            _ => {
+                self.units = Some((units, span));
+                return Ok(());
+            }
+        };
+        Err(FileError::at(span, cause, "here", remedy))
     }
 
     /// Stores a limit.
@@ -252,48 +269,44 @@ impl<'t> CecReader<'t, '_> {
         let keys: Vec<VariableKey> = self.raw.keys().copied().collect();
         for (key, raw) in &self.raw {
             let made = raw.table(*key, &keys, self.reading, units, &mut doubts);
-            // If values are left out, that is why they are missing.
-            let made = made.map_err(|error| match (&self.gap, error.label.as_str()) {
-                (Some(gap), MISSING) => FileError {
-                    span: Some(gap.clone()),
-                    label: "left out here".to_owned(),
-                    ..error
-                },
-                _ => error,
-            });
-            tables.push(made?);
+            tables.push(made.map_err(|error| left_out(error, self.gap.as_ref()))?);
         }
         if let Some(gap) = self.gap {
-            return Err(FileError::at(
-                gap,
-                "this is not understood: no value is missing here",
-                "here",
-                "leave it out, or write the values",
-            ));
+            let cause = "this is not understood: no value is missing here";
+            let remedy = "leave it out, or write the values";
+            return Err(FileError::at(gap, cause, "here", remedy));
         }
-        if tables.len() > MOST_TABLES {
+        let count = tables.len();
+        if count > MOST_TABLES {
             return Err(FileError::whole(
-                format!(
-                    "the file has {} tables, and a compensation file at most 255",
-                    tables.len()
-                ),
+                format!("the file has {count} tables, and a compensation file at most 255"),
                 "import the tables of some axes at a time",
             ));
         }
         let raw: Vec<&Raw<'_>> = self.raw.values().collect();
         check_products(&tables, &raw, self.reading, units)?;
         plausibility::doubts(&tables, &raw, self.reading.axes, &mut doubts);
-        // Converted like all lengths of the file.
-        for limit in &mut self.limits {
-            if limit.limited == Limited::Sum && !self.reading.axes.is_rotary(limit.axis) {
-                limit.value *= units.map_or(1.0, LengthUnit::mm);
-            }
-        }
+        let to_mm = units.map_or(1.0, LengthUnit::mm);
+        self.limits
+            .iter_mut()
+            .for_each(|limit| limit.convert(self.reading.axes, to_mm));
         Ok(CecContent {
             tables,
             doubts,
             limits: self.limits,
         })
+    }
+}
+
+/// If values are left out, that is why they are missing.
+fn left_out(error: FileError, gap: Option<&Range<usize>>) -> FileError {
+    match gap {
+        Some(gap) if error.label == MISSING => FileError {
+            span: Some(gap.clone()),
+            label: "left out here".to_owned(),
+            ..error
+        },
+        _ => error,
     }
 }
 

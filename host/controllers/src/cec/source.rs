@@ -63,21 +63,13 @@ impl SourceTerms {
             }];
             for table in term.factors {
                 let (function, direction) = &tables[usize::from(*table)];
-                if let Some(auxiliary) = function.input.checked_sub(axes) {
-                    let value = function.at(of[auxiliary]);
-                    products.iter_mut().for_each(|p| p.weight *= value);
-                    continue;
+                match function.input.checked_sub(axes) {
+                    Some(auxiliary) => {
+                        let value = function.at(of[auxiliary]);
+                        products.iter_mut().for_each(|p| p.weight *= value);
+                    }
+                    None => products = multiplied(&products, &by_travel(function, *direction)),
                 }
-                let ways = by_travel(function, *direction);
-                let with = |product: &SourceTerm| {
-                    let product = product.clone();
-                    ways.iter().map(move |way| {
-                        let mut product = product.clone();
-                        product.factors.push(way.clone());
-                        product
-                    })
-                };
-                products = products.iter().flat_map(with).collect();
             }
             terms.extend(products);
         }
@@ -92,6 +84,19 @@ impl SourceTerms {
             sensors,
         })
     }
+}
+
+/// Each product with each of the functions.
+fn multiplied(products: &[SourceTerm], ways: &[AxisFunction]) -> Vec<SourceTerm> {
+    let with = |product: &SourceTerm| {
+        let product = product.clone();
+        ways.iter().map(move |way| {
+            let mut product = product.clone();
+            product.factors.push(way.clone());
+            product
+        })
+    };
+    products.iter().flat_map(with).collect()
 }
 
 /// All tables with their direction.

@@ -164,20 +164,7 @@ pub fn differences(
         ]
         .map(|[low, high]| f64::from((low + (high - low) * random.random::<f64>()) as f32));
         let directions: [i8; 4] = std::array::from_fn(|_| random.random_range(-1..=1));
-        let mut command = Command {
-            axes: [0.0; MAX_AXES],
-            travel: [trueaxis::Travel::Unknown; MAX_AXES],
-            auxiliaries: [0.0; trueaxis::AUXILIARIES],
-        };
-        command.auxiliaries[0] = length;
-        for i in 0..4 {
-            command.axes[i] = q[i] as f32;
-            command.travel[i] = match directions[i] {
-                1 => trueaxis::Travel::Positive,
-                -1 => trueaxis::Travel::Negative,
-                _ => trueaxis::Travel::Unknown,
-            };
-        }
+        let command = command(q, directions, length);
         let (before, after) = (compiled.evaluate(&command), again.evaluate(&command));
         for (i, name) in NAMES.iter().enumerate() {
             let added = factor_tables == FactorTables::Added;
@@ -187,4 +174,22 @@ pub fn differences(
         }
     }
     worst
+}
+
+fn command(q: [f64; 4], directions: [i8; 4], length: f32) -> Command {
+    let mut command = Command {
+        axes: [0.0; MAX_AXES],
+        travel: [trueaxis::Travel::Unknown; MAX_AXES],
+        auxiliaries: [0.0; trueaxis::AUXILIARIES],
+    };
+    command.auxiliaries[0] = length;
+    for i in 0..4 {
+        command.axes[i] = q[i] as f32;
+        command.travel[i] = match directions[i] {
+            1 => trueaxis::Travel::Positive,
+            -1 => trueaxis::Travel::Negative,
+            _ => trueaxis::Travel::Unknown,
+        };
+    }
+    command
 }

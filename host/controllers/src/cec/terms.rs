@@ -41,24 +41,14 @@ impl ConversionForm<'_> {
     ) -> Result<Option<Normal>, CecError> {
         let output = term.output;
         let mut weight = term.weight;
-        let mut factors: Vec<Vec<AxisFunction>> = Vec::new();
-        for factor in term.factors {
-            match factors
-                .iter_mut()
-                .find(|same| same[0].input == factor.input)
-            {
-                Some(same) => same.push(factor),
-                None => factors.push(vec![factor]),
-            }
-        }
+        let factors = by_input(term.factors);
         let whole: f64 = factors.iter().flatten().map(AxisFunction::peak).product();
         let mut functions = Vec::new();
         for same in factors {
             let own: f64 = same.iter().map(AxisFunction::peak).product();
-            let gain = if own > 0.0 {
-                (weight * whole / own).abs()
-            } else {
-                0.0
+            let gain = match own > 0.0 {
+                true => (weight * whole / own).abs(),
+                false => 0.0,
             };
             match self.one(output, same, gain, notes)? {
                 Some(function) => functions.push(function),
@@ -68,22 +58,15 @@ impl ConversionForm<'_> {
         if functions.len() > 2 {
             let cost = self.lost(output, weight, &functions);
             match self.long {
-                LongProducts::Refuse => {
-                    long.push(cost);
-                    return Ok(None);
-                }
-                LongProducts::Drop => {
-                    notes.push(Note::Dropped(cost));
-                    return Ok(None);
-                }
+                LongProducts::Refuse => long.push(cost),
+                LongProducts::Drop => notes.push(Note::Dropped(cost)),
                 LongProducts::Hold => {
                     notes.push(Note::Held(cost));
-                    while functions.len() > 2 {
-                        let held = cheapest(&functions);
-                        let [low, high] = functions.remove(held).range();
-                        weight *= 0.5 * (low + high);
-                    }
+                    weight = hold(&mut functions, weight);
                 }
+            }
+            if functions.len() > 2 {
+                return Ok(None);
             }
         }
         let mut functions = functions.into_iter();
@@ -135,14 +118,9 @@ impl ConversionForm<'_> {
         if same.len() == 1 && fits(&same[0]) {
             return Ok(same.pop());
         }
-        let mut travel = TravelDirection::Both;
-        for function in &same {
-            travel = match (travel, function.travel) {
-                (TravelDirection::Both, one) | (one, TravelDirection::Both) => one,
-                (one, other) if one == other => one,
-                _ => return Ok(None),
-            };
-        }
+        let Some(travel) = common_travel(&same) else {
+            return Ok(None);
+        };
         let (span, modulo) = self.span(&same)?;
         let product = |x: f64| same.iter().map(|f| f.at(x)).product::<f64>();
         let most = self.points.unwrap_or(MOST_POINTS).max(3) - 1;
@@ -208,6 +186,37 @@ impl ConversionForm<'_> {
             false => Err(CecError::Periods(self.axes.letter(input))),
         }
     }
+}
+
+/// Functions of each axis.
+fn by_input(functions: Vec<AxisFunction>) -> Vec<Vec<AxisFunction>> {
+    let mut all: Vec<Vec<AxisFunction>> = Vec::new();
+    for function in functions {
+        match all.iter_mut().find(|same| same[0].input == function.input) {
+            Some(same) => same.push(function),
+            None => all.push(vec![function]),
+        }
+    }
+    all
+}
+
+/// The directions of travel in which a product of functions applies; `None` if there is none.
+fn common_travel(functions: &[AxisFunction]) -> Option<TravelDirection> {
+    let mut travels = functions.iter().map(|function| function.travel);
+    travels.try_fold(TravelDirection::Both, |one, other| match (one, other) {
+        (TravelDirection::Both, one) | (one, TravelDirection::Both) => Some(one),
+        (one, other) => (one == other).then_some(one),
+    })
+}
+
+/// Holds functions at the middle of their values until two are left, and returns the weight with them.
+fn hold(functions: &mut Vec<AxisFunction>, mut weight: f64) -> f64 {
+    while functions.len() > 2 {
+        let held = cheapest(functions);
+        let [low, high] = functions.remove(held).range();
+        weight *= 0.5 * (low + high);
+    }
+    weight
 }
 
 /// The function that costs least if it is held at the middle of its values.

@@ -147,27 +147,8 @@ impl Ini {
             };
             let line = line.trim_start_matches('\u{feff}').trim();
             if let Some(name) = included(line) {
-                if depth == DEEPEST {
-                    return Err(place.error(
-                        format!("`{name}` is included by files that include each other"),
-                        "here",
-                        "include a file once",
-                    ));
-                }
-                if depth > 0 {
-                    let remark = format!(
-                        "LinuxCNC 2.10 includes `{name}` here, 2.9 ignores the line, because this file is included itself"
-                    );
-                    self.remarks.push((place.clone(), remark));
-                }
-                match read(name) {
-                    Ok(included) => self.take(&Rc::new(included), section, read, depth + 1)?,
-                    Err(cause) => {
-                        let remark = format!(
-                            "the included file `{name}` cannot be read: {cause}; LinuxCNC 2.9 reads past the line"
-                        );
-                        self.remarks.push((place, remark));
-                    }
+                if let Some(included) = self.include(name, &place, read, depth)? {
+                    self.take(&Rc::new(included), section, read, depth + 1)?;
                 }
             } else if line.is_empty() || line.starts_with(['#', ';']) {
             } else if let Some(rest) = line.strip_prefix('[') {
@@ -195,6 +176,37 @@ impl Ini {
             }
         }
         Ok(())
+    }
+
+    /// An included file, if it can be read.
+    fn include(
+        &mut self,
+        name: &str,
+        place: &FileLocation,
+        read: &FileReader<'_>,
+        depth: usize,
+    ) -> Result<Option<Named>, FileError> {
+        if depth == DEEPEST {
+            return Err(place.error(
+                format!("`{name}` is included by files that include each other"),
+                "here",
+                "include a file once",
+            ));
+        }
+        if depth > 0 {
+            let remark = format!(
+                "LinuxCNC 2.10 includes `{name}` here, 2.9 ignores the line, because this file is included itself"
+            );
+            self.remarks.push((place.clone(), remark));
+        }
+        Ok(read(name)
+            .map_err(|cause| {
+                let remark = format!(
+                    "the included file `{name}` cannot be read: {cause}; LinuxCNC 2.9 reads past the line"
+                );
+                self.remarks.push((place.clone(), remark));
+            })
+            .ok())
     }
 
     /// All values of a key, in order.

@@ -3,7 +3,8 @@
 use super::COMPONENTS;
 use super::parameters::{IsgParameters, IsgTable};
 use std::fmt::Write;
-use trueaxis_model::machine::Machine;
+use std::ops::Range;
+use trueaxis_model::machine::{Axis, Machine};
 use trueaxis_model::source::FileError;
 
 /// The straightness (component) that an angle of the direction of a linear axis causes, and its sign: an axis along k that
@@ -25,28 +26,16 @@ pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String,
     let (mut located, mut left_out) = (String::new(), Vec::new());
     let mut tables = parameters.tables.clone();
     for (name, value, span) in &parameters.constants {
-        let letters: Vec<char> = name.chars().collect();
-        let location = match letters[..] {
-            [error, '0', axis] => {
-                (COMPONENTS.iter().position(|c| *c == error)).zip(machine.index(axis))
+        let Some((component, index)) = location(name, machine) else {
+            if !name.starts_with(['P', 'N', 'V', 'I', 'L']) {
+                return Err(FileError::at(
+                    span.clone(),
+                    format!("`{name}` is no error of an axis that the machine has"),
+                    "here",
+                    "give the machine file of this machine, or leave the parameter out",
+                ));
             }
-            _ => None,
-        };
-        let Some((component, index)) = location else {
-            let of_model = ["P", "N", "V", "I", "L"]
-                .iter()
-                .any(|start| name.starts_with(start));
-            match of_model {
-                true => left_out.push(name.clone()),
-                false => {
-                    return Err(FileError::at(
-                        span.clone(),
-                        format!("`{name}` is no error of an axis that the machine has"),
-                        "here",
-                        "give the machine file of this machine, or leave the parameter out",
-                    ));
-                }
-            }
+            left_out.push(name.clone());
             continue;
         };
         let axis = &machine.axes[index];
@@ -66,27 +55,13 @@ pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String,
             left_out.push(name.clone());
             continue;
         };
-        let motion = format!("E{}{}", COMPONENTS[straightness], axis.letter);
         // The rotation turns the way that the axis moves, which is against the command if it is reversed.
         let slope = if axis.reversed {
             -sign * value
         } else {
             sign * value
         };
-        match tables.iter_mut().find(|table| table.name == motion) {
-            Some(table) => {
-                for (value, at) in table.values.iter_mut().zip(&table.at) {
-                    *value += slope * at;
-                }
-            }
-            None => tables.push(IsgTable {
-                name: motion,
-                argument: axis.letter.char(),
-                at: axis.travel.to_vec(),
-                values: axis.travel.iter().map(|at| slope * at).collect(),
-                span: span.clone(),
-            }),
-        }
+        add_slope(&mut tables, COMPONENTS[straightness], axis, slope, span);
     }
     let name = toml::Value::from(machine.name.as_str());
     let mut text = format!("machine = {name}\n");
@@ -103,28 +78,66 @@ pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String,
     }
     for table in tables {
         let (component, _) = table.motion(machine)?;
-        if table.values.iter().all(|v| *v == 0.0) {
-            continue;
+        if table.values.iter().any(|v| *v != 0.0) {
+            text += &tabulated(table, component);
         }
-        let (mut at, mut values) = (table.at, table.values);
-        // One row is a constant; a table has two.
-        if let ([p], [value]) = (&at[..], &values[..]) {
-            (at, values) = (vec![p - 1.0, p + 1.0], vec![*value; 2]);
-        }
-        let list = |values: &[f64]| {
-            let words = values
-                .iter()
-                .map(|v| format!("{:?}", (v * 1e12).round() / 1e12 + 0.0));
-            words.collect::<Vec<_>>().join(", ")
-        };
-        let unit = if component < 3 { "mm" } else { "rad" };
-        let _ = write!(
-            text,
-            "\n[tabulated.{}]\nat = [{}]\nvalue = [{}]\nunit = \"{unit}\"\n",
-            table.name,
-            list(&at),
-            list(&values)
-        );
     }
     Ok(text)
+}
+
+/// The component and the axis (by its index) of a location, like `A0Z`.
+fn location(name: &str, machine: &Machine) -> Option<(usize, usize)> {
+    let letters: Vec<char> = name.chars().collect();
+    let [error, '0', axis] = letters[..] else {
+        return None;
+    };
+    let component = COMPONENTS.iter().position(|c| *c == error);
+    component.zip(machine.index(axis))
+}
+
+/// Adds the slope of a straightness to its table, or makes one.
+fn add_slope(
+    tables: &mut Vec<IsgTable>,
+    straightness: char,
+    axis: &Axis,
+    slope: f64,
+    span: &Range<usize>,
+) {
+    let motion = format!("E{straightness}{}", axis.letter);
+    match tables.iter_mut().find(|table| table.name == motion) {
+        Some(table) => {
+            for (value, at) in table.values.iter_mut().zip(&table.at) {
+                *value += slope * at;
+            }
+        }
+        None => tables.push(IsgTable {
+            name: motion,
+            argument: axis.letter.char(),
+            at: axis.travel.to_vec(),
+            values: axis.travel.iter().map(|at| slope * at).collect(),
+            span: span.clone(),
+        }),
+    }
+}
+
+/// A table as the error file has it.
+fn tabulated(table: IsgTable, component: usize) -> String {
+    let (mut at, mut values) = (table.at, table.values);
+    // One row is a constant; a table has two.
+    if let ([p], [value]) = (&at[..], &values[..]) {
+        (at, values) = (vec![p - 1.0, p + 1.0], vec![*value; 2]);
+    }
+    let list = |values: &[f64]| {
+        let words = values
+            .iter()
+            .map(|v| format!("{:?}", (v * 1e12).round() / 1e12 + 0.0));
+        words.collect::<Vec<_>>().join(", ")
+    };
+    let unit = if component < 3 { "mm" } else { "rad" };
+    format!(
+        "\n[tabulated.{}]\nat = [{}]\nvalue = [{}]\nunit = \"{unit}\"\n",
+        table.name,
+        list(&at),
+        list(&values)
+    )
 }

@@ -40,6 +40,10 @@ fn without_comment<'t>(line: &TextLine<'t>) -> TextLine<'t> {
     }
 }
 
+fn without_rows(line: &TextLine<'_>) -> FileError {
+    line.bad("a table without rows", "write its rows, or leave it out")
+}
+
 fn is_argument(name: &str) -> bool {
     name.len() == 1 && "XYZABC".contains(name)
 }
@@ -113,15 +117,14 @@ impl IsgParameters {
                     return Err(line.bad("positions must increase", "sort the rows by position"));
                 }
                 if rows.is_empty() {
-                    return Err(line.bad("a table without rows", "write its rows, or leave it out"));
+                    return Err(without_rows(&line));
                 }
                 for (k, name) in names.iter().enumerate().filter(|(k, _)| *k != argument) {
+                    let letter = names[argument].chars().next();
                     self.tables.push(IsgTable {
-                        name: (*name).to_owned(),
-                        argument: names[argument].chars().next().unwrap_or(' '),
                         at: rows.iter().map(|(_, row)| row[argument]).collect(),
                         values: rows.iter().map(|(_, row)| row[k]).collect(),
-                        span: line.span.clone(),
+                        ..IsgTable::new(name, letter, line.span.clone())
                     });
                 }
                 Ok(())
@@ -155,28 +158,13 @@ impl IsgParameters {
                 continue;
             }
             if let Some(table) = &mut points {
-                if trimmed == "}" {
-                    if table.at.is_empty() {
-                        return Err(
-                            line.bad("a table without rows", "write its rows, or leave it out")
-                        );
-                    }
+                if trimmed != "}" {
+                    table.add_row(&line)?;
+                } else if table.at.is_empty() {
+                    return Err(without_rows(&line));
+                } else {
                     found.tables.extend(points.take());
-                    continue;
                 }
-                let words: Vec<&str> = trimmed.split_whitespace().collect();
-                let [at, value] = words[..] else {
-                    return Err(line.bad(
-                        format!("{} numbers instead of a position and a value", words.len()),
-                        "write a position and a value, and } after the last row",
-                    ));
-                };
-                let at = line.number(at)?;
-                if table.at.last().is_some_and(|last| *last >= at) {
-                    return Err(line.bad("positions must increase", "sort the rows by position"));
-                }
-                table.at.push(at);
-                table.values.push(line.number(value)?);
                 continue;
             }
             if let Some(name) = trimmed.strip_prefix('[').and_then(|b| b.strip_suffix(']')) {
@@ -194,13 +182,7 @@ impl IsgParameters {
                 (Some((name, span)), Some((key, "{")))
                     if key.eq_ignore_ascii_case("gridpoints") =>
                 {
-                    points = Some(IsgTable {
-                        name: name.clone(),
-                        argument: name.chars().last().unwrap_or(' '),
-                        at: Vec::new(),
-                        values: Vec::new(),
-                        span: span.clone(),
-                    });
+                    points = Some(IsgTable::new(name, name.chars().last(), span.clone()));
                 }
                 _ => {
                     return Err(line.bad(
@@ -248,6 +230,34 @@ impl IsgParameters {
 }
 
 impl IsgTable {
+    fn new(name: &str, argument: Option<char>, span: Range<usize>) -> Self {
+        Self {
+            name: name.to_owned(),
+            argument: argument.unwrap_or(' '),
+            at: Vec::new(),
+            values: Vec::new(),
+            span,
+        }
+    }
+
+    /// A row of Etalon's grid points.
+    fn add_row(&mut self, line: &TextLine<'_>) -> Result<(), FileError> {
+        let words: Vec<&str> = line.text.split_whitespace().collect();
+        let [at, value] = words[..] else {
+            return Err(line.bad(
+                format!("{} numbers instead of a position and a value", words.len()),
+                "write a position and a value, and } after the last row",
+            ));
+        };
+        let at = line.number(at)?;
+        if self.at.last().is_some_and(|last| *last >= at) {
+            return Err(line.bad("positions must increase", "sort the rows by position"));
+        }
+        self.at.push(at);
+        self.values.push(line.number(value)?);
+        Ok(())
+    }
+
     fn bad(&self, what: &str) -> FileError {
         FileError::at(
             self.span.clone(),

@@ -4,7 +4,7 @@
 //! linearly between them; outside, the edge holds. A row of `points` goes along X. What `SAVE_CONFIG` writes begins with
 //! `#*#`. Source: `bed_mesh.py` of Klipper.
 
-use super::config::{ConfigSection, sections};
+use super::config::{ConfigEntry, ConfigSection, sections};
 use crate::height_map::{HeightMap, rows};
 use crate::sampled::{Nodes, SampledGrid};
 use crate::text_lines::TextLine;
@@ -37,38 +37,7 @@ pub fn print(map: &HeightMap, profile: &str) -> String {
 /// would not read.
 pub fn read(text: &str, profile: Option<&str>) -> Result<HeightMap, FileError> {
     let sections = sections(text);
-    let profiles: Vec<&ConfigSection<'_>> = (sections.iter())
-        .filter(|section| section.name.starts_with("bed_mesh "))
-        .collect();
-    let name = |section: &ConfigSection<'_>| section.name["bed_mesh ".len()..].trim().to_owned();
-    let names = || {
-        profiles
-            .iter()
-            .map(|s| name(s))
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
-    let section = match (profile, &profiles[..]) {
-        (_, []) => {
-            return Err(FileError::whole(
-                "there is no stored profile [bed_mesh NAME]",
-                "probe the bed, store it with BED_MESH_PROFILE SAVE=name and SAVE_CONFIG, and give printer.cfg",
-            ));
-        }
-        (Some(wanted), all) => all.iter().find(|s| name(s) == wanted).ok_or_else(|| {
-            FileError::whole(
-                format!("there is no profile `{wanted}`"),
-                format!("the file has {}", names()),
-            )
-        })?,
-        (None, [one]) => one,
-        (None, _) => {
-            return Err(FileError::whole(
-                "there are several profiles",
-                format!("name one with --profile: {}", names()),
-            ));
-        }
-    };
+    let section = profile_section(&sections, profile)?;
     let version = section.option("version")?;
     if version.value != "1" {
         return Err(version.line.bad(
@@ -79,23 +48,18 @@ pub fn read(text: &str, profile: Option<&str>) -> Result<HeightMap, FileError> {
             "probe the bed again with this version of Klipper",
         ));
     }
-    let nodes = |low: &str, high: &str, count: &str| {
-        let [low, high] = [section.option(low)?, section.option(high)?];
-        let range = [low.line.number(low.value)?, high.line.number(high.value)?];
-        if range[0] >= range[1] {
-            return Err(high.line.bad(
-                "the end is not after the start",
-                "write the larger number here",
-            ));
-        }
-        let count = section.option(count)?;
-        Ok(Nodes::over(range, count.line.count(count.value)?))
-    };
     let nodes = [
-        nodes("min_x", "max_x", "x_count")?,
-        nodes("min_y", "max_y", "y_count")?,
+        nodes(section, "min_x", "max_x", "x_count")?,
+        nodes(section, "min_y", "max_y", "y_count")?,
     ];
-    let points = section.option("points")?;
+    Ok(HeightMap::new(SampledGrid {
+        values: values(section.option("points")?, &nodes)?,
+        nodes: nodes.to_vec(),
+    }))
+}
+
+/// The values at the points, row by row.
+fn values(points: &ConfigEntry<'_>, nodes: &[Nodes; 2]) -> Result<Vec<[f64; 1]>, FileError> {
     let mut values = Vec::new();
     let rows: Vec<&TextLine<'_>> = points
         .more
@@ -122,10 +86,59 @@ pub fn read(text: &str, profile: Option<&str>) -> Result<HeightMap, FileError> {
             "give the profile as Klipper stores it",
         ));
     }
-    Ok(HeightMap::new(SampledGrid {
-        nodes: nodes.to_vec(),
-        values,
-    }))
+    Ok(values)
+}
+
+/// The profile of this name, or the only one.
+fn profile_section<'a, 't>(
+    sections: &'a [ConfigSection<'t>],
+    profile: Option<&str>,
+) -> Result<&'a ConfigSection<'t>, FileError> {
+    let name = |section: &ConfigSection<'_>| section.name["bed_mesh ".len()..].trim().to_owned();
+    let profiles: Vec<&ConfigSection<'_>> = (sections.iter())
+        .filter(|section| section.name.starts_with("bed_mesh "))
+        .collect();
+    let names: Vec<String> = profiles.iter().map(|section| name(section)).collect();
+    let names = names.join(", ");
+    match (profile, &profiles[..]) {
+        (_, []) => Err(FileError::whole(
+            "there is no stored profile [bed_mesh NAME]",
+            "probe the bed, store it with BED_MESH_PROFILE SAVE=name and SAVE_CONFIG, and give printer.cfg",
+        )),
+        (Some(wanted), all) => {
+            let found = all.iter().find(|section| name(section) == wanted);
+            found.copied().ok_or_else(|| {
+                FileError::whole(
+                    format!("there is no profile `{wanted}`"),
+                    format!("the file has {names}"),
+                )
+            })
+        }
+        (None, [one]) => Ok(one),
+        (None, _) => Err(FileError::whole(
+            "there are several profiles",
+            format!("name one with --profile: {names}"),
+        )),
+    }
+}
+
+/// The positions of points along X or Y.
+fn nodes(
+    section: &ConfigSection<'_>,
+    low: &str,
+    high: &str,
+    count: &str,
+) -> Result<Nodes, FileError> {
+    let [low, high] = [section.option(low)?, section.option(high)?];
+    let range = [low.line.number(low.value)?, high.line.number(high.value)?];
+    if range[0] >= range[1] {
+        return Err(high.line.bad(
+            "the end is not after the start",
+            "write the larger number here",
+        ));
+    }
+    let count = section.option(count)?;
+    Ok(Nodes::over(range, count.line.count(count.value)?))
 }
 
 /// The correction of Z at X and Y (mm), as Klipper computes it from a profile with `algo = direct`.

@@ -45,16 +45,19 @@ impl<'t> ConfigSection<'t> {
     }
 }
 
+/// A line without its comment, and without what `SAVE_CONFIG` writes before it.
+fn without_comment(line: &str) -> &str {
+    let saved = line.strip_prefix("#*#");
+    let body = saved.map_or(line, |rest| rest.strip_prefix(' ').unwrap_or(rest));
+    let comment = body.find(['#', ';']);
+    comment.map_or(body, |comment| body[..comment].trim_end())
+}
+
 /// All sections of a file. Comments are left out; what `SAVE_CONFIG` has written after `#*#` counts.
 pub fn sections(text: &str) -> Vec<ConfigSection<'_>> {
     let mut sections: Vec<ConfigSection<'_>> = Vec::new();
     for line in lines(text) {
-        let saved = line.text.strip_prefix("#*#");
-        let body = saved.map_or(line.text, |rest| rest.strip_prefix(' ').unwrap_or(rest));
-        let body = match body.find(['#', ';']) {
-            Some(comment) => body[..comment].trim_end(),
-            None => body,
-        };
+        let body = without_comment(line.text);
         let trimmed = body.trim();
         if trimmed.is_empty() {
             continue;

@@ -7,7 +7,7 @@
 //! The calibration stores each value under the place of the bed that probe and nozzle touched; for the reading, the nozzle
 //! stood at that place minus the offset of the probe. [`Lookup`] says under which position a firmware looks a value up.
 
-use super::config::{ConfigSection, sections};
+use super::config::sections;
 use crate::sampled::{Nodes, SampledGrid};
 use std::fmt::Write;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
@@ -288,38 +288,30 @@ const KEYS: [(char, &str); 2] = [('x', "z_compensations"), ('y', "zy_compensatio
 /// [`FileError`]
 pub fn read(text: &str) -> Result<[Option<TwistTable>; 2], FileError> {
     let sections = sections(text);
-    let sections: Vec<&ConfigSection<'_>> = (sections.iter())
-        .filter(|section| section.name == "axis_twist_compensation")
-        .collect();
     // SAVE_CONFIG stores the values in a section of its own.
-    let given = |key: &str| sections.iter().find_map(|section| section.given(key));
+    let given = |key: &str| {
+        let mut own = (sections.iter()).filter(|s| s.name == "axis_twist_compensation");
+        own.find_map(|section| section.given(key))
+    };
     let mut tables = [None, None];
     for (table, (letter, key)) in tables.iter_mut().zip(KEYS) {
         let Some(values) = given(key) else { continue };
-        let need = |key: String| {
-            given(&key).ok_or_else(|| {
-                values.line.bad(
-                    format!("[axis_twist_compensation] has no `{key}`"),
-                    "give the section as AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG store it",
-                )
-            })
-        };
-        let number = |key: String| {
-            let entry = need(key)?;
+        let number = |which: &str| {
+            let key = format!("compensation_{which}_{letter}");
+            let missing = || {
+                let message = format!("[axis_twist_compensation] has no `{key}`");
+                values.line.bad(message, STORED)
+            };
+            let entry = given(&key).ok_or_else(missing)?;
             entry.line.number(entry.value)
         };
-        let range = [
-            number(format!("compensation_start_{letter}"))?,
-            number(format!("compensation_end_{letter}"))?,
-        ];
+        let range = [number("start")?, number("end")?];
         let words = values.value.split(',').map(str::trim);
         let found: Vec<f64> =
             (words.map(|word| values.line.number(word))).collect::<Result<_, _>>()?;
         if found.len() < 2 || range[0] >= range[1] {
-            return Err(values.line.bad(
-                "a table needs two values, and an end after its start",
-                "give the section as AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG store it",
-            ));
+            let message = "a table needs two values, and an end after its start";
+            return Err(values.line.bad(message, STORED));
         }
         *table = Some(TwistTable {
             nodes: Nodes::over(range, found.len()),
@@ -335,6 +327,9 @@ pub fn read(text: &str) -> Result<[Option<TwistTable>; 2], FileError> {
     }
 }
 
+/// Remedy for a section that Klipper did not write.
+const STORED: &str =
+    "give the section as AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG store it";
 /// A value (mm) that is only rounded: the tables have six decimals.
 const NOTHING: f64 = 1e-6;
 

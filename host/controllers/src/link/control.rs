@@ -152,41 +152,26 @@ pub fn control<P: Port>(client: &mut Client<P>, action: &Action) -> Result<Done,
         }
         Action::DryRun(on) => client.set(&Request::DryRun(on))?,
         Action::ToolLength(length) => {
-            finite(length)?;
-            client.set(&Request::ToolLength(length))?;
+            client.set(&Request::ToolLength(finite(length)?))?;
         }
         Action::Weight { term, value } => {
-            finite(value)?;
-            match client.set(&Request::SetWeight { term, value }) {
-                Err(LinkError::Refused(Refusal::Weight(WeightError::NotAdjustable))) => {
-                    let known = before.weights.iter().map(|weight| weight.term).collect();
-                    return Err(ControlError::NotAdjustable { term, known });
-                }
-                other => other?,
+            let value = finite(value)?;
+            let set = client.set(&Request::SetWeight { term, value });
+            if let Err(LinkError::Refused(Refusal::Weight(WeightError::NotAdjustable))) = set {
+                let known = before.weights.iter().map(|weight| weight.term).collect();
+                return Err(ControlError::NotAdjustable { term, known });
             }
+            set?;
         }
         Action::Activate { slot, force } => activate(client, slot, force)?,
         Action::Rollback { force } => {
-            let AtStart {
-                in_use,
-                before: previous,
-                ..
-            } = before.at_start;
-            let mut candidates = [previous, in_use].into_iter().flatten();
+            let at_start = before.at_start;
+            let mut candidates = [at_start.before, at_start.in_use].into_iter().flatten();
             let other = candidates.find(|slot| before.controller.active != Some(*slot));
             activate(client, other.ok_or(ControlError::NothingBefore)?, force)?;
         }
         Action::Reference(ref letters) => {
-            let axes = &before.controller.axes;
-            let mut mask = 0;
-            for axis in letters.chars() {
-                let place = axes.chars().position(|letter| letter == axis);
-                let place = place.ok_or_else(|| ControlError::NoAxis {
-                    axis,
-                    axes: axes.clone(),
-                })?;
-                mask |= 1 << place;
-            }
+            let mask = mask(letters, &before.controller.axes)?;
             client.set(&Request::Referenced(mask))?;
         }
     }
@@ -194,9 +179,21 @@ pub fn control<P: Port>(client: &mut Client<P>, action: &Action) -> Result<Done,
     Ok(Done { before, after })
 }
 
-fn finite(value: f32) -> Result<(), ControlError> {
+/// Axes (bits) by their letters.
+fn mask(letters: &str, axes: &str) -> Result<u16, ControlError> {
+    letters.chars().try_fold(0, |mask, axis| {
+        let place = axes.chars().position(|letter| letter == axis);
+        let place = place.ok_or_else(|| ControlError::NoAxis {
+            axis,
+            axes: axes.to_owned(),
+        })?;
+        Ok(mask | 1 << place)
+    })
+}
+
+fn finite(value: f32) -> Result<f32, ControlError> {
     match value.is_finite() {
-        true => Ok(()),
+        true => Ok(value),
         false => Err(ControlError::NotFinite(value)),
     }
 }

@@ -153,11 +153,9 @@ pub fn flash<P: Port>(
 ) -> Result<UploadOutcome, UploadError> {
     check(controller, blob, force)?;
     let Header { length, crc } = Header::read(blob).map_err(UploadError::Blob)?;
-    let already = |controller: &LinkedController| {
-        newest(controller).filter(|&(_, _, l, c)| (l, c) == (length, crc))
-    };
-    let (slot, sequence, resumed) = match already(controller) {
-        Some((slot, sequence, ..)) => (slot, sequence, None),
+    let own = |found: &LinkedController| newest(found).filter(|f| (f.2, f.3) == (length, crc));
+    let (found, resumed) = match own(controller) {
+        Some(found) => (found, None),
         None => {
             let last = match activate {
                 true => Request::CommitInUse { force },
@@ -166,13 +164,13 @@ pub fn flash<P: Port>(
             let resumed = upload(client, blob, (length, crc), &last, progress)?;
             progress.stage("verifying", 0);
             let after = client.hello()?;
-            let Some((slot, sequence, ..)) = already(&after) else {
-                let written = newest(&after).map_or(Slot::A, |found| found.0);
-                return Err(UploadError::NotVerified(written));
-            };
-            (slot, sequence, Some(resumed))
+            let found = own(&after).ok_or_else(|| {
+                UploadError::NotVerified(newest(&after).map_or(Slot::A, |found| found.0))
+            })?;
+            (found, Some(resumed))
         }
     };
+    let (slot, sequence, ..) = found;
     let mut activated = Activated::No;
     if activate {
         progress.stage("changing over", 0);

@@ -180,33 +180,7 @@ impl<'a> CheckState<'a> {
                 format!("axes={known}"),
             );
         }
-        for (number, letter) in given.chars().enumerate() {
-            let expected = known.chars().nth(number);
-            if letter != '-' && !letters.contains(letter) {
-                self.refuse(
-                    &place,
-                    format!("joint {number} has the axis {letter} in axes={given}, which the compensation does not have: its axes are {letters}"),
-                    "axes= with - for this joint, if it is not to be corrected".to_owned(),
-                );
-            } else if letter != '-' && expected.is_some_and(|e| e != letter) {
-                let expected = expected.unwrap_or(' ');
-                self.refuse(
-                    &place,
-                    format!("joint {number} has the axis {letter} in axes={given}, but {expected} in {}", configuration.module.name),
-                    format!("axes={known}"),
-                );
-            } else if number >= configuration.joints {
-                self.refuse(
-                    &place,
-                    format!(
-                        "axes={given} names more joints than [KINS]JOINTS, {}",
-                        configuration.joints
-                    ),
-                    format!("axes={known}"),
-                );
-                break;
-            }
-        }
+        self.joints_named(&given, &known, &letters, &place);
         let file = loaded.parameter("file").unwrap_or("");
         if (self.against.is_file)(file) == Some(false) {
             self.warn(
@@ -216,6 +190,38 @@ impl<'a> CheckState<'a> {
             );
         }
         self.covered(&given)
+    }
+
+    /// The letters of axes= against those of the module (`known`) and of the compensation (`letters`).
+    fn joints_named(&mut self, given: &str, known: &str, letters: &str, place: &FileLocation) {
+        let configuration = self.configuration;
+        for (number, letter) in given.chars().enumerate() {
+            let expected = known.chars().nth(number);
+            if letter != '-' && !letters.contains(letter) {
+                self.refuse(
+                    place,
+                    format!("joint {number} has the axis {letter} in axes={given}, which the compensation does not have: its axes are {letters}"),
+                    "axes= with - for this joint, if it is not to be corrected".to_owned(),
+                );
+            } else if letter != '-' && expected.is_some_and(|e| e != letter) {
+                let expected = expected.unwrap_or(' ');
+                self.refuse(
+                    place,
+                    format!("joint {number} has the axis {letter} in axes={given}, but {expected} in {}", configuration.module.name),
+                    format!("axes={known}"),
+                );
+            } else if number >= configuration.joints {
+                self.refuse(
+                    place,
+                    format!(
+                        "axes={given} names more joints than [KINS]JOINTS, {}",
+                        configuration.joints
+                    ),
+                    format!("axes={known}"),
+                );
+                break;
+            }
+        }
     }
 
     /// Joints with an axis of the compensation.

@@ -204,37 +204,22 @@ pub(super) fn errors(
             continue;
         }
         done.push(*letter);
-        let axis = axes.iter().find(|axis| axis.letter == *letter);
-        let axis = axis.filter(|_| "XYZABC".contains(*letter));
-        let is_table = matches!(corrections, JointCorrections::Table(_));
-        let Some(axis) = axis.filter(|axis| !(axis.endless && is_table)) else {
-            let why = match axis {
-                Some(_) => "the errors of an axis without end must close after a turn",
-                None => "the direction of this axis is unknown",
-            };
-            tables += &format!("{head}\n# CHECK: not imported: {why}.\n");
-            continue;
+        let axis = match importable(axes, import) {
+            Ok(axis) => axis,
+            Err(why) => {
+                tables += &format!("{head}\n# CHECK: not imported: {why}.\n");
+                continue;
+            }
         };
-        let sign = match axis.reversed {
-            true => format!(
-                " {letter} is reversed in machine.toml: if you change that, change the signs here."
-            ),
-            false => format!(
-                " {letter} is not reversed in machine.toml: if you change that, change the signs here."
-            ),
-        };
+        let is = if axis.reversed { "is" } else { "is not" };
+        let sign = format!(
+            " {letter} {is} reversed in machine.toml: if you change that, change the signs here."
+        );
         let scale = if axis.reversed { 1.0 } else { -1.0 } * configuration.unit(import.joint);
         match corrections {
             JointCorrections::Backlash(value) => {
-                let half = 0.5 * value * scale;
-                let (half, unit) = match import.joint.is_rotary() {
-                    true => (rounded(half.to_radians(), 1e12), "rad"),
-                    false => (rounded(half, 1e9), "mm"),
-                };
-                let _ = write!(
-                    parameters,
-                    "{head}{sign}\nE{letter}{letter}b = {half:?}  # {unit}\n"
-                );
+                let half = backlash(import, 0.5 * value * scale);
+                parameters += &format!("{head}{sign}\nE{letter}{letter}b = {half}\n");
             }
             JointCorrections::Table(rows) => {
                 tables += &format!("{head}{sign}\n[tabulated.E{letter}{letter}]\n");
@@ -252,6 +237,29 @@ pub(super) fn errors(
     }
     text += &tables;
     Some(text)
+}
+
+/// The axis whose errors are imported, or why they are not.
+fn importable<'a>(axes: &'a [AxisMotion], import: &Import) -> Result<&'a AxisMotion, &'static str> {
+    let letter = import.letter();
+    let mut axes = axes.iter().filter(|_| "XYZABC".contains(letter));
+    let axis = axes.find(|axis| axis.letter == letter);
+    let is_table = matches!(import.corrections, JointCorrections::Table(_));
+    match axis {
+        Some(axis) if axis.endless && is_table => {
+            Err("the errors of an axis without end must close after a turn")
+        }
+        Some(axis) => Ok(axis),
+        None => Err("the direction of this axis is unknown"),
+    }
+}
+
+/// Half of a backlash in the unit of error files.
+fn backlash(import: &Import, half: f64) -> String {
+    match import.joint.is_rotary() {
+        true => format!("{:?}  # rad", rounded(half.to_radians(), 1e12)),
+        false => format!("{:?}  # mm", rounded(half, 1e9)),
+    }
 }
 
 /// The values of a table: positions times `unit`, corrections times `scale`.

@@ -106,9 +106,7 @@ fn insert(
     for (k, line) in lines.iter().enumerate() {
         if let Some(found) = line.section() {
             within = found.trim() == section;
-            if within && after.is_none() {
-                after = Some(k);
-            }
+            after = after.or(within.then_some(k));
         } else if within && line.entry().is_some_and(|(k, _)| k == key) {
             after = Some(k);
         }

@@ -23,13 +23,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
     let mut lines = all.iter();
     let signed = text.trim_start_matches('\u{feff}').starts_with(SIGNATURE);
     if signed {
-        let line = next(&mut lines)?;
-        if line.text.trim_start_matches('\u{feff}') != VERSION {
-            return Err(line.bad(
-                format!("only the format `{VERSION}` is known"),
-                "save the map with a Candle that writes it",
-            ));
-        }
+        check_version(next(&mut lines)?)?;
     }
     let [x, y, width, height] = numbers(next(&mut lines)?)?;
     if signed {
@@ -50,20 +44,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
     next(&mut lines)?;
     let mut values = Vec::with_capacity(columns * rows);
     for _ in 0..rows {
-        let line = next(&mut lines)?;
-        let words: Vec<&str> = line.text.split(';').map(str::trim).collect();
-        if words.len() != columns {
-            return Err(line.bad(
-                format!("{} heights, where {columns} belong", words.len()),
-                "give the file as Candle writes it",
-            ));
-        }
-        for word in words {
-            if word.is_empty() {
-                return Err(line.bad("a point was not probed", "probe the whole map"));
-            }
-            values.push([line.number(word)?]);
-        }
+        values.extend(row(next(&mut lines)?, columns)?);
     }
     Ok(HeightMap::new(SampledGrid {
         nodes: vec![
@@ -72,6 +53,22 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
         ],
         values,
     }))
+}
+
+/// The heights of a position of Y.
+fn row(line: &TextLine<'_>, columns: usize) -> Result<Vec<[f64; 1]>, FileError> {
+    let words: Vec<&str> = line.text.split(';').map(str::trim).collect();
+    if words.len() != columns {
+        return Err(line.bad(
+            format!("{} heights, where {columns} belong", words.len()),
+            "give the file as Candle writes it",
+        ));
+    }
+    let height = |word: &str| match word {
+        "" => Err(line.bad("a point was not probed", "probe the whole map")),
+        word => Ok([line.number(word)?]),
+    };
+    words.into_iter().map(height).collect()
 }
 
 fn next<'l, 't>(
@@ -83,6 +80,17 @@ fn next<'l, 't>(
             "give the file as Candle writes it, with all points probed",
         )
     })
+}
+
+/// The line that names the format must name this one.
+fn check_version(line: &TextLine<'_>) -> Result<(), FileError> {
+    match line.text.trim_start_matches('\u{feff}') == VERSION {
+        true => Ok(()),
+        false => Err(line.bad(
+            format!("only the format `{VERSION}` is known"),
+            "save the map with a Candle that writes it",
+        )),
+    }
 }
 
 /// Numbers between semicolons.

@@ -28,38 +28,11 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
             "give the .hmap file as OpenCNCPilot writes it",
         ));
     }
-    let nodes = [("MinX", "MaxX", "SizeX"), ("MinY", "MaxY", "SizeY")].map(|(low, high, size)| {
-        let range: [f64; 2] = [attribute(text, root, low)?, attribute(text, root, high)?];
-        let count: usize = attribute(text, root, size)?;
-        if !(range[0] < range[1] && (2..=1000).contains(&count)) {
-            return Err(place(text, root).bad(
-                format!("{count} points from {} to {}", range[0], range[1]),
-                "give a map with 2 to 1000 points along X and along Y",
-            ));
-        }
-        Ok(Nodes::over(range, count))
-    });
-    let [x, y] = nodes;
+    let [x, y] = [nodes(text, root, 'X'), nodes(text, root, 'Y')];
     let (x, y) = (x?, y?);
-    let mut points: Vec<SurfacePoint> = Vec::new();
-    for node in root.children().filter(|node| node.has_tag_name("point")) {
-        let indices: [usize; 2] = [attribute(text, node, "X")?, attribute(text, node, "Y")?];
-        if indices[0] >= x.count || indices[1] >= y.count {
-            return Err(place(text, node).bad(
-                format!(
-                    "point {}, {} of {} × {}",
-                    indices[0], indices[1], x.count, y.count
-                ),
-                "count points from 0",
-            ));
-        }
-        let line = place(text, node);
-        let height = line.number(node.text().unwrap_or("").trim())?;
-        points.push((
-            [x.at(indices[0]), y.at(indices[1]), height],
-            line.span.clone(),
-        ));
-    }
+    let points = root.children().filter(|node| node.has_tag_name("point"));
+    let points = points.map(|node| point(text, node, [x, y]));
+    let points: Vec<SurfacePoint> = points.collect::<Result<_, _>>()?;
     let missing = x.count * y.count - points.len().min(x.count * y.count);
     if missing > 0 {
         return Err(place(text, root).bad(
@@ -71,6 +44,38 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
         ));
     }
     gridded(&points)
+}
+
+/// The places of points along X or Y.
+fn nodes(text: &str, root: Node<'_, '_>, letter: char) -> Result<Nodes, FileError> {
+    let [low, high] = ["Min", "Max"].map(|end| attribute(text, root, &format!("{end}{letter}")));
+    let range: [f64; 2] = [low?, high?];
+    let count: usize = attribute(text, root, &format!("Size{letter}"))?;
+    if !(range[0] < range[1] && (2..=1000).contains(&count)) {
+        return Err(place(text, root).bad(
+            format!("{count} points from {} to {}", range[0], range[1]),
+            "give a map with 2 to 1000 points along X and along Y",
+        ));
+    }
+    Ok(Nodes::over(range, count))
+}
+
+/// An element `point`, whose attributes count the places.
+fn point(text: &str, node: Node<'_, '_>, [x, y]: [Nodes; 2]) -> Result<SurfacePoint, FileError> {
+    let indices: [usize; 2] = [attribute(text, node, "X")?, attribute(text, node, "Y")?];
+    if indices[0] >= x.count || indices[1] >= y.count {
+        return Err(place(text, node).bad(
+            format!(
+                "point {}, {} of {} × {}",
+                indices[0], indices[1], x.count, y.count
+            ),
+            "count points from 0",
+        ));
+    }
+    let line = place(text, node);
+    let height = line.number(node.text().unwrap_or("").trim())?;
+    let at = [x.at(indices[0]), y.at(indices[1]), height];
+    Ok((at, line.span))
 }
 
 /// An element with its place.

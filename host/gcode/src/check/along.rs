@@ -34,6 +34,53 @@ pub(super) struct Along<'s> {
     minutes: f64,
 }
 
+/// A place of the corrected path, and how far from it a written one is.
+struct HeldAgainst {
+    node: Node,
+    off: PerLetter,
+}
+
+/// A stretch of the corrected path that written places are held against.
+struct PlannedStretch<'p, 's> {
+    field: &'p Field<'s>,
+    segment: &'p Segment,
+    stretch: Stretch,
+}
+
+impl PlannedStretch<'_, '_> {
+    /// At a part of the way.
+    fn place(&self, t: f64, at: &PerLetter) -> Result<HeldAgainst, CheckError> {
+        let segment = self.segment;
+        let node = self
+            .field
+            .node(t, &segment.path.at(t), &self.stretch.travel);
+        let node = node.map_err(|_| CheckError::Outside(segment.line))?;
+        let off = std::array::from_fn(|i| at[i] - node.to[i]);
+        Ok(HeldAgainst { node, off })
+    }
+
+    /// Beside the nearest place of the stretch; true if even that is not beside, but behind or before it.
+    fn nearest(
+        &self,
+        place: HeldAgainst,
+        at: &PerLetter,
+    ) -> Result<(HeldAgainst, bool), CheckError> {
+        let t = place.node.t;
+        let slope = self.segment.path.slope(t);
+        let square: f64 = slope.iter().map(|d| d * d).sum();
+        let along = |off: &PerLetter| -> f64 { off.iter().zip(&slope).map(|(o, s)| o * s).sum() };
+        let by = along(&place.off);
+        let is_apart = |by: f64| by.abs() > ALONG * square.sqrt();
+        if !is_apart(by) {
+            return Ok((place, false));
+        }
+        let t = (t + by / square).clamp(self.stretch.from, self.stretch.to);
+        let place = self.place(t, at)?;
+        let is_beyond = is_apart(along(&place.off));
+        Ok((place, is_beyond))
+    }
+}
+
 impl<'s> Along<'s> {
     /// At the start of the first motion.
     pub fn new<'c: 's>(check: &mut Check<'c>, segments: &'s [Segment]) -> Result<Self, CheckError> {
@@ -247,61 +294,38 @@ impl<'c> Check<'c> {
         written: &Segment,
         until: f64,
     ) -> Result<(), CheckError> {
-        let by = written.path.by();
-        let straight: f64 = by[..6].iter().map(|d| d.abs()).sum();
-        let (arc, turns, radius) = match written.path {
-            Path::Arc(arc) => (arc.length(), arc.sweep.abs() / TAU, arc.radii()[0]),
-            Path::Line(..) => (0.0, 0.0, f64::INFINITY),
-        };
-        let least = ((turns * OF_A_TURN).ceil() as usize).max(4);
-        let count = ((straight + arc).ceil() as usize * 2)
-            .min(SAMPLES)
-            .max(least);
         let from = along.part;
         let stretch = *along.stretch_from(from);
         let begins = stretch.from == from && from == 0.0;
         let reverses = stretch.from == from && (!begins || stretch.travel != along.before);
         let is_blended = reverses && self.options.backlash == Backlash::Blend;
         let rotates = (0..COUNT).any(|i| is_rotary(i) && segment.path.by()[i] != 0.0);
+        let radius = match written.path {
+            Path::Arc(arc) => arc.radii()[0],
+            Path::Line(..) => f64::INFINITY,
+        };
         let is_chord =
             matches!(segment.path, Path::Arc(_)) && matches!(written.path, Path::Line(..));
         let chord = if is_chord { self.options.chord } else { 0.0 };
+        let planned = PlannedStretch {
+            field: &along.field,
+            segment,
+            stretch,
+        };
+        let count = samples_of(&written.path);
         for k in 0..=count {
             let part = k as f64 / count as f64;
             let at = written.path.at(part);
-            let place = |t: f64| {
-                let node = along.field.node(t, &segment.path.at(t), &stretch.travel);
-                let node = node.map_err(|_| CheckError::Outside(segment.line))?;
-                let off: PerLetter = std::array::from_fn(|i| at[i] - node.to[i]);
-                Ok((node, off))
-            };
-            let mut t = from + part * (until - from);
-            let (mut node, mut off) = place(t)?;
+            let mut place = planned.place(from + part * (until - from), &at)?;
             let mut takes_up = false;
             if !rotates && !is_blended {
-                // Beside the nearest place of the path, wherever along it that is.
-                let slope = segment.path.slope(t);
-                let square: f64 = slope.iter().map(|d| d * d).sum();
-                let along: f64 = off.iter().zip(&slope).map(|(o, s)| o * s).sum();
-                if along.abs() > ALONG * square.sqrt() {
-                    t = (t + along / square).clamp(stretch.from, stretch.to);
-                    (node, off) = place(t)?;
-                    // Before the path begins: where an axis turns round its play is taken up there.
-                    let rest: f64 = off.iter().zip(&slope).map(|(o, s)| o * s).sum();
-                    takes_up =
-                        begins && reverses && t == from && rest.abs() > ALONG * square.sqrt();
-                }
-                off = across(&off, &segment.path.slope(t), radius);
+                let is_before;
+                (place, is_before) = planned.nearest(place, &at)?;
+                // Where an axis turns round its play is taken up before the path begins.
+                takes_up = begins && reverses && place.node.t == from && is_before;
+                place.off = across(&place.off, &segment.path.slope(place.node.t), radius);
             }
-            let square = |rotary: bool| -> f64 {
-                let of = off
-                    .iter()
-                    .enumerate()
-                    .filter(|(i, _)| is_rotary(*i) == rotary);
-                of.map(|(_, d)| d * d).sum()
-            };
-            let um = square(false).sqrt() * 1e3;
-            let urad = square(true).sqrt().to_radians() * 1e6;
+            let [um, urad] = sizes(&place.off);
             if segment.cutter {
                 // Corrected ends, and what lies between them as it comes: the report says how far off.
             } else if is_blended {
@@ -313,8 +337,8 @@ impl<'c> Check<'c> {
                 // The tool stands.
                 continue;
             }
-            self.head(along, segment, t)?;
-            self.tool(&along.field, segment, &stretch.travel, &node.q, &at)?;
+            self.head(along, segment, place.node.t)?;
+            self.tool(&along.field, segment, &stretch.travel, &place.node.q, &at)?;
         }
         Ok(())
     }
@@ -333,4 +357,33 @@ impl<'c> Check<'c> {
         }
         self.found.off_urad = self.found.off_urad.max(urad);
     }
+}
+
+/// At how many places a written path is looked at.
+fn samples_of(path: &Path) -> usize {
+    let by = path.by();
+    let straight: f64 = by[..6].iter().map(|d| d.abs()).sum();
+    let (arc, turns) = match path {
+        Path::Arc(arc) => (arc.length(), arc.sweep.abs() / TAU),
+        Path::Line(..) => (0.0, 0.0),
+    };
+    let least = ((turns * OF_A_TURN).ceil() as usize).max(4);
+    ((straight + arc).ceil() as usize * 2)
+        .min(SAMPLES)
+        .max(least)
+}
+
+/// How long a difference is over all linear (µm) and all rotary axes (µrad).
+fn sizes(off: &PerLetter) -> [f64; 2] {
+    let square = |rotary: bool| -> f64 {
+        let of = off
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| is_rotary(*i) == rotary);
+        of.map(|(_, d)| d * d).sum()
+    };
+    [
+        square(false).sqrt() * 1e3,
+        square(true).sqrt().to_radians() * 1e6,
+    ]
 }

@@ -4,7 +4,8 @@ use super::{Check, CheckError, lost};
 use crate::axes::{COUNT, PerLetter};
 use crate::cycle::Cycle;
 use crate::limits::displacement;
-use crate::program::Reading;
+use crate::program::{Reading, Segment};
+use crate::trace::{Field, Node};
 use std::io::BufRead;
 
 /// Heights at which a hole is looked at, besides its bottom.
@@ -23,16 +24,7 @@ impl Check<'_> {
     ) -> Result<(), CheckError> {
         let line = before.number();
         let another = Err(CheckError::Hole(line));
-        let same_words = cycle.code == written.code
-            && cycle.axes == written.axes
-            && cycle.retract == written.retract
-            && cycle.p == written.p
-            && cycle.rate == written.rate
-            && cycle.q.unwrap_or_default() == written.q.unwrap_or_default()
-            && cycle.pecks() == written.pecks()
-            && until == from + written.repeat as usize
-            && until <= cycle.repeat as usize;
-        if !same_words || (cycle.clear() - written.clear()).abs() > CORRECTION {
+        if !is_same_cycle(cycle, written, [from, until]) {
             return another;
         }
         let Some(segment) = before
@@ -41,69 +33,110 @@ impl Check<'_> {
         else {
             return another;
         };
-        let last = self.last_digits;
         let field = self.field_of(&segment);
-        let n = cycle.axes[2];
-        let outside = |_| CheckError::Outside(line);
-        // Of holes in one line the first is exact, and the others within the tolerance.
-        let exact = written.repeat == 1;
         let pairs = cycle
             .holes()
             .skip(from)
             .take(until - from)
             .zip(written.holes());
         for (number, (hole, there)) in pairs.enumerate() {
-            let place = |height: f64| {
-                let mut place = hole;
-                place[n] = height;
-                place
+            let pair = HolePair {
+                cycle,
+                written,
+                hole,
+                there,
             };
             if field.turns {
-                self.ways.come_to(self.tables, &place(hole[n].max(cycle.r)));
-                self.ways.come_to(self.tables, &place(cycle.bottom));
+                let over = hole[cycle.axes[2]].max(cycle.r);
+                self.ways.come_to(self.tables, &pair.place(over));
+                self.ways.come_to(self.tables, &pair.place(cycle.bottom));
             }
-            let travel = self.ways.travel;
-            let bottom = field
-                .node(1.0, &place(cycle.bottom), &travel)
-                .map_err(outside)?;
-            let by = bottom.to[n] - bottom.q[n];
-            let mut meant = bottom.to;
-            let mut found = there;
-            for axis in (0..COUNT).filter(|axis| !cycle.axes.contains(axis)) {
-                // Axes beside the cycle: as far as the tolerance lets them.
-                meant[axis] = found[axis];
-            }
-            found[n] = written.bottom;
-            let far = match exact || number == 0 {
-                true => lost(u16::MAX, &found, &meant, &last).is_some(),
-                false => false,
-            };
-            let r = (written.r - cycle.r - by).abs();
-            if far || (exact || number == 0) && r > super::NEAR * last[n] {
+            let bottom = field.node(1.0, &pair.place(cycle.bottom), &self.ways.travel);
+            let bottom = bottom.map_err(|_| CheckError::Outside(line))?;
+            // Of holes in one line the first is exact, and the others within the tolerance.
+            let exact = written.repeat == 1 || number == 0;
+            if exact && !pair.is_exact(&bottom, &self.last_digits) {
                 return another;
             }
-            for k in 0..=HEIGHTS {
-                let part = k as f64 / HEIGHTS as f64;
-                let node = field.node(
-                    1.0,
-                    &place(cycle.r + part * (cycle.bottom - cycle.r)),
-                    &travel,
-                );
-                let node = node.map_err(outside)?;
-                let mut at = there;
-                at[n] = written.r + part * (written.bottom - written.r);
-                let off: PerLetter = std::array::from_fn(|i| at[i] - node.to[i]);
-                let um = displacement(&off) * 1e3;
-                if um > self.found.hole_um {
-                    self.found.hole_um = um;
-                    self.found.hole_line = line;
-                }
-                self.tool(&field, &segment, &travel, &node.q, &at)?;
-            }
+            self.along_hole(&pair, &field, &segment)?;
             if field.turns {
-                self.ways.come_to(self.tables, &place(cycle.clear()));
+                self.ways.come_to(self.tables, &pair.place(cycle.clear()));
             }
         }
         Ok(())
     }
+
+    /// How far a hole is off between R and its bottom.
+    fn along_hole(
+        &mut self,
+        pair: &HolePair<'_>,
+        field: &Field<'_>,
+        segment: &Segment,
+    ) -> Result<(), CheckError> {
+        let (cycle, written) = (pair.cycle, pair.written);
+        let travel = self.ways.travel;
+        for k in 0..=HEIGHTS {
+            let part = k as f64 / HEIGHTS as f64;
+            let place = pair.place(cycle.r + part * (cycle.bottom - cycle.r));
+            let node = field.node(1.0, &place, &travel);
+            let node = node.map_err(|_| CheckError::Outside(segment.line))?;
+            let mut at = pair.there;
+            at[cycle.axes[2]] = written.r + part * (written.bottom - written.r);
+            let off: PerLetter = std::array::from_fn(|i| at[i] - node.to[i]);
+            let um = displacement(&off) * 1e3;
+            if um > self.found.hole_um {
+                self.found.hole_um = um;
+                self.found.hole_line = segment.line;
+            }
+            self.tool(field, segment, &travel, &node.q, &at)?;
+        }
+        Ok(())
+    }
+}
+
+/// A hole of the program, and where the corrected program has it.
+struct HolePair<'c> {
+    cycle: &'c Cycle,
+    written: &'c Cycle,
+    hole: PerLetter,
+    there: PerLetter,
+}
+
+impl HolePair<'_> {
+    /// The hole of the program at a height.
+    fn place(&self, height: f64) -> PerLetter {
+        let mut place = self.hole;
+        place[self.cycle.axes[2]] = height;
+        place
+    }
+
+    /// True if bottom and R are where the correction of the bottom brings them.
+    fn is_exact(&self, bottom: &Node, last: &PerLetter) -> bool {
+        let (cycle, written) = (self.cycle, self.written);
+        let n = cycle.axes[2];
+        let by = bottom.to[n] - bottom.q[n];
+        let mut meant = bottom.to;
+        let mut found = self.there;
+        for axis in (0..COUNT).filter(|axis| !cycle.axes.contains(axis)) {
+            // Axes beside the cycle: as far as the tolerance lets them.
+            meant[axis] = found[axis];
+        }
+        found[n] = written.bottom;
+        let r = (written.r - cycle.r - by).abs();
+        lost(u16::MAX, &found, &meant, last).is_none() && r <= super::NEAR * last[n]
+    }
+}
+
+/// True for holes `from` to `until` of a cycle, with its words and levels.
+fn is_same_cycle(cycle: &Cycle, written: &Cycle, [from, until]: [usize; 2]) -> bool {
+    cycle.code == written.code
+        && cycle.axes == written.axes
+        && cycle.retract == written.retract
+        && cycle.p == written.p
+        && cycle.rate == written.rate
+        && cycle.q.unwrap_or_default() == written.q.unwrap_or_default()
+        && cycle.pecks() == written.pecks()
+        && until == from + written.repeat as usize
+        && until <= cycle.repeat as usize
+        && (cycle.clear() - written.clear()).abs() <= CORRECTION
 }

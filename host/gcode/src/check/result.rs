@@ -1,6 +1,6 @@
 //! What a check finds.
 
-use super::spread::Statistics;
+use super::spread::{Spread, Statistics};
 use crate::correct::Options;
 use crate::limits::LEVER;
 use crate::rate::Rate;
@@ -20,6 +20,21 @@ pub struct ToolPath {
     pub after_urad: Statistics,
     /// The line of the program with the largest error of the tip after.
     pub worst_line: u64,
+}
+
+impl ToolPath {
+    /// Takes in the errors of all places, in the order of its fields.
+    pub(super) fn sum_up(&mut self, spreads: &[Spread; 4]) {
+        let [before_um, after_um, before_urad, after_urad] =
+            spreads.each_ref().map(Spread::statistics);
+        *self = Self {
+            before_um,
+            after_um,
+            before_urad,
+            after_urad,
+            ..*self
+        };
+    }
 }
 
 /// What was found.

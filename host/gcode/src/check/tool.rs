@@ -8,7 +8,7 @@ use crate::trace::{Field, Travels};
 use trueaxis::Travel;
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::Htm;
-use trueaxis_model::machine::PerAxis;
+use trueaxis_model::machine::{Machine, PerAxis};
 
 /// Lengths that are the same (mm).
 const SAME: f64 = 1e-3;
@@ -29,39 +29,22 @@ impl Check<'_> {
         let machine = exact.machine;
         let moved = field.axes(at);
         let moved = moved.map_err(|_| CheckError::Outside(segment.line))?;
-        let position = |q: &PerLetter| -> PerAxis {
-            let mut position = [0.0; COUNT];
-            for (place, axis) in machine.axes.iter().enumerate() {
-                let letter = axes::of_machine(axis.letter);
-                position[place] = axis.within_turn(q[letter]);
-            }
-            machine.to_kinematic(&position[..machine.axes.len()])
+        let (planned, moved) = (positions(machine, q), positions(machine, &moved));
+        let situation = Situation {
+            sign: self.signs(machine, travel),
+            length: segment.length,
+            ..Situation::default()
         };
-        let mut situation = Situation::default();
-        for (place, axis) in machine.axes.iter().enumerate() {
-            let letter = axes::of_machine(axis.letter);
-            // Where tables tell directions apart, both have turned when the reversal threshold is passed.
-            let way = match self.tables.directional & (1 << letter) {
-                0 => self.all[letter],
-                _ => travel[letter],
-            };
-            situation.sign[place] = match way {
-                Travel::Positive => 1.0,
-                Travel::Negative => -1.0,
-                Travel::Unknown => 0.0,
-            };
-        }
-        situation.length = segment.length;
-        let nominal = kinematics.nominal(&position(q), situation.length);
-        let actual = |q: &PerLetter| kinematics.actual(&position(q), &situation, &Switches::ALL);
+        let nominal = kinematics.nominal(&planned, situation.length);
+        let actual = |at: &PerAxis| kinematics.actual(at, &situation, &Switches::ALL);
         let own = machine.tool_length();
         if !self.tables.takes_length && situation.length.is_some_and(|l| (l - own).abs() > SAME) {
             let situation = Situation {
                 length: None,
                 ..situation
             };
-            let nominal_own = kinematics.nominal(&position(q), None);
-            let own = kinematics.actual(&position(&moved), &situation, &Switches::ALL);
+            let nominal_own = kinematics.nominal(&planned, None);
+            let own = kinematics.actual(&moved, &situation, &Switches::ALL);
             let other = actual(&moved).t - nominal.t;
             let um = (other - (own.t - nominal_own.t)).norm() * 1e3;
             if um > self.found.length_um {
@@ -75,7 +58,7 @@ impl Check<'_> {
             let off: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
             (tip, off.sqrt() * 1e6)
         };
-        let (before, after) = (error(&actual(q)), error(&actual(&moved)));
+        let (before, after) = (error(&actual(&planned)), error(&actual(&moved)));
         let path = self.found.tool_path.get_or_insert_default();
         if after.0 > self.spreads[1].largest() {
             path.worst_line = segment.line;
@@ -88,6 +71,25 @@ impl Check<'_> {
             spread.add(value);
         }
         Ok(())
+    }
+
+    /// Which way each axis of the machine has moved last.
+    fn signs(&self, machine: &Machine, travel: &Travels) -> PerAxis {
+        let mut signs = PerAxis::default();
+        for (place, axis) in machine.axes.iter().enumerate() {
+            let letter = axes::of_machine(axis.letter);
+            // Where tables tell directions apart, both have turned when the reversal threshold is passed.
+            let way = match self.tables.directional & (1 << letter) {
+                0 => self.all[letter],
+                _ => travel[letter],
+            };
+            signs[place] = match way {
+                Travel::Positive => 1.0,
+                Travel::Negative => -1.0,
+                Travel::Unknown => 0.0,
+            };
+        }
+        signs
     }
 
     /// Which way every axis goes at a part of the way.
@@ -120,4 +122,14 @@ impl Check<'_> {
         }
         Ok(())
     }
+}
+
+/// Positions of the axes of a machine, as its kinematics take them.
+fn positions(machine: &Machine, q: &PerLetter) -> PerAxis {
+    let mut position = [0.0; COUNT];
+    for (place, axis) in machine.axes.iter().enumerate() {
+        let letter = axes::of_machine(axis.letter);
+        position[place] = axis.within_turn(q[letter]);
+    }
+    machine.to_kinematic(&position[..machine.axes.len()])
 }

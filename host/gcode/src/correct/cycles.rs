@@ -48,14 +48,7 @@ impl Corrector<'_> {
             self.joined = false;
             return self.shifted(given, cycle, &holes, out);
         }
-        let why = match keeps_place {
-            true => "the level to which it returns is another one than that before it".to_owned(),
-            false => format!(
-                "the correction changes by {:.1} µm along it, more than the {:.1} µm of --hole-tolerance",
-                off * 1e3,
-                self.options.hole_tolerance * 1e3
-            ),
-        };
+        let why = self.why_written_out(off);
         let code = cycle.code / 10;
         let Some(parts) = cycle.parts() else {
             return Err(Fault::new(
@@ -70,6 +63,19 @@ impl Corrector<'_> {
         self.report.write_out(self.line, format!("G{code}: {why}"));
         self.ways = before;
         self.write_out(given, cycle, &parts, moving, out)
+    }
+
+    /// Why a cycle does not stay one whose places are so far off (mm).
+    fn why_written_out(&self, off: f64) -> String {
+        let most = self.options.hole_tolerance;
+        match off <= most {
+            true => "the level to which it returns is another one than that before it".to_owned(),
+            false => format!(
+                "the correction changes by {:.1} µm along it, more than the {:.1} µm of --hole-tolerance",
+                off * 1e3,
+                most * 1e3
+            ),
+        }
     }
 
     /// What stops the spindle starts it again: it must be known how.

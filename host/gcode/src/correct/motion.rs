@@ -1,7 +1,6 @@
 //! A motion of a line: what it needs, and the way it is corrected.
 
 use super::given::{Given, Moving, span_of};
-use super::piece::Timing;
 use super::{Backlash, Corrector};
 use crate::axes::is_rotary;
 use crate::codes::{Code, Group};
@@ -25,19 +24,7 @@ impl<'a> Corrector<'a> {
         self.nominal.needs_units(moving.span.clone())?;
         if let Some(length) = moving.length {
             self.report.used(length);
-        }
-        if let (true, Some(length)) = (self.tables.takes_length, moving.length) {
-            let [low, high] = self.tables.lengths;
-            // Lengths have decimals, tables are f32.
-            if length < low - 1e-3 || length > high + 1e-3 {
-                return Err(Fault::new(
-                    moving.span.clone(),
-                    format!(
-                        "a tool of {length:.3} mm, and the compensation is for {low:.0} to {high:.0} mm"
-                    ),
-                    "compile it with a length_range_mm of the machine file that has this tool",
-                ));
-            }
+            self.reaches_length(length, &moving)?;
         }
         self.modes_first(given.block)?;
         let mut pieces = std::mem::take(&mut self.pieces);
@@ -45,15 +32,12 @@ impl<'a> Corrector<'a> {
         let timing = match motion {
             Move::Straight(straight, rate) => {
                 self.straight(straight, *rate, &moving, &mut pieces)?;
-                let timing = self.timing(*rate, &Path::Line(straight.from.at, straight.to));
-                match straight.from.missing(self.tables.axes) {
-                    None => timing,
+                let mut timing = self.timing(*rate, &Path::Line(straight.from.at, straight.to));
+                if straight.from.missing(self.tables.axes).is_some() {
                     // Nobody knows how long it is: F stays.
-                    Some(_) => Timing {
-                        minutes: 0.0,
-                        ..timing
-                    },
+                    timing.minutes = 0.0;
                 }
+                timing
             }
             Move::Arc(arc, rate) => {
                 pieces.extend(self.arc(arc, &moving)?);
@@ -64,15 +48,35 @@ impl<'a> Corrector<'a> {
         let done = self.write_all(given, &pieces, &timing, out);
         self.pieces = pieces;
         done?;
-        let comes_back = matches!(motion, Move::Straight(straight, _) if straight.comes_back);
-        let holds =
-            matches!(motion, Move::Straight(straight, rate) if self.held(straight, *rate) != 0);
+        let (comes_back, holds) = match motion {
+            Move::Straight(straight, rate) => {
+                (straight.comes_back, self.held(straight, *rate) != 0)
+            }
+            _ => (false, false),
+        };
         // It stands where it stood, and axes have turned round since; or some are not corrected yet.
         self.joined = !comes_back && !holds;
         match comes_back {
             true => self.come_back(&moving),
             false => Ok(()),
         }
+    }
+
+    /// Tables that depend on the tool length must reach it.
+    fn reaches_length(&self, length: f64, moving: &Moving) -> Result<(), Fault> {
+        let [low, high] = self.tables.lengths;
+        // Lengths have decimals, tables are f32.
+        let is_beyond = length < low - 1e-3 || length > high + 1e-3;
+        if !is_beyond || !self.tables.takes_length {
+            return Ok(());
+        }
+        Err(Fault::new(
+            moving.span.clone(),
+            format!(
+                "a tool of {length:.3} mm, and the compensation is for {low:.0} to {high:.0} mm"
+            ),
+            "compile it with a length_range_mm of the machine file that has this tool",
+        ))
     }
 
     /// G33.1 ends where it began.

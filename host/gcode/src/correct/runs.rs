@@ -36,6 +36,24 @@ fn merges(path: &Path, off: &PerLetter, limits: &Limits) -> bool {
     matches!(path, Path::Line(..)) && limits.of(off) <= 1.0
 }
 
+/// The piece up to `end` that takes the step at a reversal with it, along an arc where one fits.
+fn blended(path: &Path, at: &PerLetter, nodes: &[Node], end: Node) -> Piece {
+    let arc = match path {
+        Path::Arc(arc) => {
+            let before = nodes.iter().filter(|node| node.t < end.t);
+            let nodes: Vec<Node> = before.copied().chain([end]).collect();
+            cut::fitted(arc, at, &nodes)
+        }
+        Path::Line(..) => None,
+    };
+    Piece {
+        shape: arc.map_or(Shape::Feed, Shape::Arc),
+        to: arc.map_or(end.to, |arc| arc.to),
+        until: end.t,
+        share: Some(end.t - nodes[0].t),
+    }
+}
+
 impl Corrector<'_> {
     /// True if a place is so far from another one that a step leads there.
     pub(super) fn is_beside(&self, off: &PerLetter, limits: &Limits) -> bool {
@@ -79,26 +97,11 @@ impl Corrector<'_> {
                         true => field.node(t, &path.at(t), &stretch.travel)?,
                         false => *last,
                     };
-                    nodes.retain(|node| node.t < end.t);
-                    nodes.push(end);
-                    let shape = match path {
-                        Path::Arc(arc) => cut::fitted(arc, &at, &nodes).map(Shape::Arc),
-                        Path::Line(..) => None,
-                    };
-                    let to = match shape {
-                        Some(Shape::Arc(arc)) => arc.to,
-                        _ => end.to,
-                    };
-                    pieces.push(Piece {
-                        shape: shape.unwrap_or(Shape::Feed),
-                        to,
-                        until: end.t,
-                        share: Some(end.t - first.t),
-                    });
-                    nodes = traced.nodes[range.clone()].to_vec();
+                    let piece = blended(path, &at, &nodes, end);
                     nodes.retain(|node| node.t > end.t);
                     nodes.insert(0, end);
-                    at = to;
+                    at = piece.to;
+                    pieces.push(piece);
                 } else {
                     self.report.take_ups += u64::from(reverses);
                     pieces.push(Piece::step(first.to, first.t));

@@ -54,31 +54,34 @@ impl Corrector<'_> {
         }
         self.trace(&path, moving)?;
         let limits = self.limits();
-        let field = self.field();
         let end = self.end(to, held, false, moving)?;
         if straight.with_spindle {
-            let reverses = self.traced.runs.iter();
-            let reverses = reverses.filter(|(stretch, _)| stretch.travel != self.start_travel);
-            if reverses.count() > 0 || !cut::is_straight(&self.traced.nodes, &limits) {
-                return Err(Fault::new(
-                    moving.span.clone(),
-                    "a thread that would have to be cut into several moves",
-                    "give a larger --tolerance, or use the compensation in the controller",
-                ));
-            }
-            pieces.push(Piece::whole(shape, end));
-            return Ok(());
-        }
-        if self.is_offset() && !self.may_be_cut() {
+            self.keeps_thread(&limits, moving)?;
+        } else if self.is_offset() && !self.may_be_cut() {
             self.note_cutter(&limits);
-            pieces.push(Piece::whole(shape, end));
+        } else {
+            let runs = self.runs(&self.field(), &path, &limits);
+            pieces.extend(runs.map_err(|lost| moving.lost(lost))?);
+            let cuts = pieces.iter().filter(|p| p.share.is_some());
+            self.report.cut += u64::from(cuts.count() > 1);
             return Ok(());
         }
-        let runs = self.runs(&field, &path, &limits);
-        pieces.extend(runs.map_err(|lost| moving.lost(lost))?);
-        let cuts = pieces.iter().filter(|p| p.share.is_some());
-        self.report.cut += u64::from(cuts.count() > 1);
+        pieces.push(Piece::whole(shape, end));
         Ok(())
+    }
+
+    /// A thread is one move: its corrected path must be straight, and no axis reverse along it.
+    fn keeps_thread(&self, limits: &Limits, moving: &Moving) -> Result<(), Fault> {
+        let mut runs = self.traced.runs.iter();
+        let reverses = runs.any(|(stretch, _)| stretch.travel != self.start_travel);
+        if !reverses && cut::is_straight(&self.traced.nodes, limits) {
+            return Ok(());
+        }
+        Err(Fault::new(
+            moving.span.clone(),
+            "a thread that would have to be cut into several moves",
+            "give a larger --tolerance, or use the compensation in the controller",
+        ))
     }
 
     /// The axes arrive at a place from an unknown one.

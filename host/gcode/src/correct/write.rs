@@ -8,7 +8,7 @@ mod wording;
 use super::Corrector;
 use super::given::Given;
 use super::piece::{Piece, Shape, Timing};
-use crate::axes::{self, PerLetter};
+use crate::axes::PerLetter;
 use crate::codes::{Code, Machine};
 use crate::dialect::Dialect;
 use crate::fault::Fault;
@@ -43,31 +43,7 @@ impl Corrector<'_> {
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let several = pieces.len() > 1;
-        let words = given.block.words.iter();
-        let axes = words.filter_map(|word| axes::index(word.letter));
-        let wanted = axes.fold(0, |mask, axis| mask | 1 << axis);
-        let is_arc = matches!(
-            self.nominal.motion,
-            Some(Motion::Clockwise | Motion::Counterclockwise)
-        );
-        // A full turn has no end of its own, which rounding could make another one.
-        let gone = match pieces[0].shape {
-            Shape::Arc(arc) => arc.closed(),
-            _ => 0,
-        };
-        let change = Change {
-            piece: &pieces[0],
-            timing,
-            wanted: wanted & !gone,
-            gone,
-            without: match pieces[0].shape {
-                _ if !is_arc => b"",
-                Shape::Arc(_) => b"R",
-                // Chords.
-                _ => b"IJKRP",
-            },
-            without_after: several && given.step.after,
-        };
+        let change = self.change(given, &pieces[0], timing, several && given.step.after);
         self.extrusion = match several {
             true => self.extrusion(given)?,
             false => None,
@@ -82,10 +58,42 @@ impl Corrector<'_> {
             self.write_next(&given, piece, timing, out)?;
         }
         self.all_is_extruded()?;
-        if several && given.step.after {
+        if change.without_after {
             self.write_after(&given, out)?;
         }
         Ok(())
+    }
+
+    /// What becomes of the words of a line for the first piece of its motion.
+    fn change<'p>(
+        &self,
+        given: &Given<'_>,
+        piece: &'p Piece,
+        timing: &'p Timing,
+        without_after: bool,
+    ) -> Change<'p> {
+        let is_arc = matches!(
+            self.nominal.motion,
+            Some(Motion::Clockwise | Motion::Counterclockwise)
+        );
+        // A full turn has no end of its own, which rounding could make another one.
+        let gone = match piece.shape {
+            Shape::Arc(arc) => arc.closed(),
+            _ => 0,
+        };
+        Change {
+            piece,
+            timing,
+            wanted: given.block.axes() & !gone,
+            gone,
+            without: match piece.shape {
+                _ if !is_arc => b"",
+                Shape::Arc(_) => b"R",
+                // Chords.
+                _ => b"IJKRP",
+            },
+            without_after,
+        }
     }
 
     /// What the line of a piece is.
@@ -111,17 +119,24 @@ impl Corrector<'_> {
         given: &Given<'_>,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
+        let words = given.block.words.iter();
+        let after = words.filter(|w| is_after(w, self.rules.dialect));
+        let after: Vec<&[u8]> = after.map(|word| &given.line[word.span()]).collect();
+        self.write_apart(given, &after.join(&b' '), out)
+    }
+
+    /// A line without motion beside those of a motion.
+    pub(super) fn write_apart(
+        &mut self,
+        given: &Given<'_>,
+        words: &[u8],
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
         let mut text = Vec::new();
         if given.block.deleted {
             text.push(b'/');
         }
-        let words = given.block.words.iter();
-        for word in words.filter(|w| is_after(w, self.rules.dialect)) {
-            if text.len() > usize::from(given.block.deleted) {
-                text.push(b' ');
-            }
-            text.extend_from_slice(&given.line[word.span()]);
-        }
+        text.extend_from_slice(words);
         self.follow(&text, None)?;
         out.extend_from_slice(&text);
         out.extend_from_slice(given.eol);
@@ -131,21 +146,7 @@ impl Corrector<'_> {
 
     /// What the controller makes of a line that is written: it must lead where it was meant to.
     pub(super) fn follow(&mut self, text: &[u8], to: Option<&PerLetter>) -> Result<Step, Fault> {
-        let table = self.rules.dialect.table();
-        let longest = table.longest_line;
-        let length = match table.counts_words_alone {
-            true => stored(text),
-            false => text.len(),
-        };
-        if length > longest {
-            return Err(Fault::new(
-                0..0,
-                format!(
-                    "the corrected line has more than {longest} bytes, which controllers cut off"
-                ),
-                "shorten its comment",
-            ));
-        }
+        fits_controller(text, self.rules.dialect)?;
         if let Some(before) = self.before_modes.take() {
             self.written = before;
         }
@@ -177,6 +178,24 @@ impl Corrector<'_> {
 pub(super) fn is_machine(block: &Block, dialect: Dialect) -> bool {
     let is_g53 = |word: &Word| word.code(dialect) == Some(Code::MachineCoordinates);
     block.has_codes && block.words.iter().any(is_g53)
+}
+
+/// A line must not be longer than those that the controller keeps whole.
+fn fits_controller(text: &[u8], dialect: Dialect) -> Result<(), Fault> {
+    let table = dialect.table();
+    let longest = table.longest_line;
+    let length = match table.counts_words_alone {
+        true => stored(text),
+        false => text.len(),
+    };
+    if length <= longest {
+        return Ok(());
+    }
+    Err(Fault::new(
+        0..0,
+        format!("the corrected line has more than {longest} bytes, which controllers cut off"),
+        "shorten its comment",
+    ))
 }
 
 /// Bytes of a line that Grbl keeps: neither spaces nor comments.

@@ -16,6 +16,38 @@ const ABSOLUTE: f64 = 0.03;
 /// Most turns of a line.
 const MOST_TURNS: u32 = 1000;
 
+/// The words of a centre or a radius, in the plane of the arc.
+struct CentreWords<'l> {
+    radius: Option<&'l Word>,
+    /// Along the first and the second axis of the plane.
+    offsets: [Option<&'l Word>; 2],
+}
+
+impl<'l> CentreWords<'l> {
+    /// # Errors
+    /// A centre along the normal of the plane.
+    fn read(asked: &Asked<'l>, plane: [usize; 3]) -> Result<Self, Fault> {
+        // The letters I, J, K belong to X, Y, Z.
+        let [first, second, normal] = plane.map(|axis| asked.word(b"IJK"[axis]));
+        match normal {
+            Some(word) if word.value != 0.0 => Err(Fault::new(
+                word.span(),
+                "a centre along the normal of the plane",
+                "check the plane: G17, G18 or G19",
+            )),
+            _ => Ok(Self {
+                radius: asked.word(b'R'),
+                offsets: [first, second],
+            }),
+        }
+    }
+
+    /// A word of the centre, otherwise that of the radius.
+    fn first(&self) -> Option<&'l Word> {
+        self.offsets.into_iter().flatten().next().or(self.radius)
+    }
+}
+
 impl State {
     /// The plane, where it must be known.
     pub(super) fn plane(&self, asked: &Asked<'_>) -> Result<Plane, Fault> {
@@ -47,73 +79,66 @@ impl State {
             ));
         }
         let plane = self.plane(asked)?.axes();
-        let [i, j, _] = plane;
         if let Some(axis) = self.position.missing(asked.rules.axes) {
             return Err(self.missing(asked, axis));
         }
         let from = self.position.at;
         let to = self.target(asked, asked.free, false)?.at;
-        // The letters I, J, K belong to X, Y, Z.
-        let letters = plane.map(|axis| b"IJK"[axis]);
-        if let Some(word) = asked.word(letters[2])
-            && word.value != 0.0
-        {
-            return Err(Fault::new(
-                word.span(),
-                "a centre along the normal of the plane",
-                "check the plane: G17, G18 or G19",
-            ));
-        }
-        let turns = match asked.word(b'P') {
-            Some(word) => match whole(word)?.max(1) {
-                turns if turns > MOST_TURNS => {
-                    return Err(Fault::new(
-                        word.span(),
-                        format!("an arc of more than {MOST_TURNS} turns"),
-                        "write several arcs",
-                    ));
-                }
-                turns => turns,
-            },
-            None => 1,
-        };
-        let radius = asked.word(b'R');
-        let offsets = [asked.word(letters[0]), asked.word(letters[1])];
-        let given = offsets.iter().flatten().next().copied();
-        if let Some(word) = given.or(radius) {
+        let words = CentreWords::read(asked, plane)?;
+        let turns = turns_of_arc(asked)?;
+        if let Some(word) = words.first() {
             // Full turns have no words of axes, and are written with them.
             self.needs_system(word)?;
         }
-        let centre = match (radius, given) {
+        let centre = self.centre(asked, &words, [&from, &to], plane, clockwise)?;
+        let arc = Arc::new(from, to, plane, centre, clockwise, turns);
+        self.check_radii(asked, &words, &arc)?;
+        Ok(arc)
+    }
+
+    /// The centre, from its own words or from the radius.
+    fn centre(
+        &self,
+        asked: &Asked<'_>,
+        words: &CentreWords<'_>,
+        [from, to]: [&PerLetter; 2],
+        [i, j, _]: [usize; 3],
+        clockwise: bool,
+    ) -> Result<[f64; 2], Fault> {
+        let given = words.offsets.into_iter().flatten().next();
+        match (words.radius, given) {
             (Some(word), None) => {
                 let r = self.length_of(asked, word)?;
-                centre_by_radius([from[i], from[j]], [to[i], to[j]], r, clockwise).map_err(
-                    |cause| Fault::new(word.span(), cause, "check the radius and the end"),
-                )?
+                centre_by_radius([from[i], from[j]], [to[i], to[j]], r, clockwise)
+                    .map_err(|cause| Fault::new(word.span(), cause, "check the radius and the end"))
             }
-            (Some(word), Some(_)) => {
-                return Err(Fault::new(
-                    word.span(),
-                    "a radius and a centre",
-                    "write one of them",
-                ));
-            }
-            (None, None) => {
-                return Err(Fault::new(
-                    axis_span(asked.block),
-                    "an arc without a centre or a radius",
-                    "write I, J, K or R",
-                ));
-            }
-            (None, Some(given)) => self.centre(asked, &from, [i, j], offsets, given)?,
-        };
-        let arc = Arc::new(from, to, plane, centre, clockwise, turns);
+            (Some(word), Some(_)) => Err(Fault::new(
+                word.span(),
+                "a radius and a centre",
+                "write one of them",
+            )),
+            (None, None) => Err(Fault::new(
+                axis_span(asked.block),
+                "an arc without a centre or a radius",
+                "write I, J, K or R",
+            )),
+            (None, Some(given)) => self.written_centre(asked, from, [i, j], words.offsets, given),
+        }
+    }
+
+    /// The radii at both ends must agree, and be more than rounding.
+    fn check_radii(
+        &self,
+        asked: &Asked<'_>,
+        words: &CentreWords<'_>,
+        arc: &Arc,
+    ) -> Result<(), Fault> {
         let [r0, r1] = arc.radii();
         let off = (r0 - r1).abs();
         let spiral = asked.rules.dialect.table().spiral;
         let allowed = spiral[usize::from(self.units == Some(Units::Inch))];
         let fits = off <= 0.5 && (off <= allowed || off <= 1e-3 * r0.max(r1));
-        let span = given.or(radius).map_or(0..asked.block.end, Word::span);
+        let span = words.first().map_or(0..asked.block.end, Word::span);
         if fits && r0.min(r1) < LEAST_RADIUS {
             return Err(Fault::new(
                 span,
@@ -125,7 +150,7 @@ impl State {
             ));
         }
         if !fits {
-            let remedy = match self.is_absolute(asked, offsets, &arc) {
+            let remedy = match self.is_absolute(asked, words.offsets, arc) {
                 true => {
                     "the words of the centre fit if they are absolute: give the setup [start] arcs = \"G90.1\" if the \
                      controller reads them so, or post the program with I, J and K from the start of the arc"
@@ -140,7 +165,7 @@ impl State {
                 remedy,
             ));
         }
-        Ok(arc)
+        Ok(())
     }
 
     /// True if the words of a centre would fit if they were coordinates of the program.
@@ -162,7 +187,7 @@ impl State {
     }
 
     /// The centre from I, J, K; `given` is the first of the words.
-    fn centre(
+    fn written_centre(
         &self,
         asked: &Asked<'_>,
         from: &PerLetter,
@@ -200,5 +225,20 @@ impl State {
             false => at[axis],
         };
         Ok([of(0, i), of(1, j)])
+    }
+}
+
+/// How often an arc passes its end: P.
+fn turns_of_arc(asked: &Asked<'_>) -> Result<u32, Fault> {
+    let Some(word) = asked.word(b'P') else {
+        return Ok(1);
+    };
+    match whole(word)?.max(1) {
+        turns if turns > MOST_TURNS => Err(Fault::new(
+            word.span(),
+            format!("an arc of more than {MOST_TURNS} turns"),
+            "write several arcs",
+        )),
+        turns => Ok(turns),
     }
 }

@@ -1,7 +1,6 @@
 //! What the words of a line ask for, before anything is done.
 
 use super::unknown;
-use crate::axes;
 use crate::codes::{Code, Group, Length};
 use crate::fault::Fault;
 use crate::modal::{Motion, Units};
@@ -44,7 +43,7 @@ impl<'l> Asked<'l> {
             cancels: None,
             machine_coordinates: None,
             units: None,
-            axes: axis_words(block),
+            axes: block.axes(),
             free: 0,
             passes: false,
         };
@@ -60,26 +59,28 @@ impl<'l> Asked<'l> {
                     && is_passed(word, rules)
             });
         }
-        let (once, lengths) = asked.takers();
+        asked.free = asked.axes_of_motion()?;
+        Ok(asked)
+    }
+
+    /// Axes (bits) that no word but that of motion takes.
+    fn axes_of_motion(&self) -> Result<u16, Fault> {
+        let (once, lengths) = self.takers();
         if let (true, Some(word)) = (once, lengths) {
-            return Err(Fault::new(
-                word.span(),
-                "two words in the line that take the axes",
-                "write two lines",
-            ));
+            return Err(second_taker(word));
         }
-        let takes_modal = once || asked.machine_coordinates.is_some();
-        if takes_modal && let Some(word) = block.words.iter().find(|w| w.distance.is_some()) {
+        let takes_modal = once || self.machine_coordinates.is_some();
+        if takes_modal && let Some(word) = self.block.words.iter().find(|w| w.distance.is_some()) {
             return Err(Fault::new(
                 word.span(),
                 "AC or IC beside a word that is no move in the workpiece",
                 "write the number alone",
             ));
         }
-        if !once && lengths.is_none() {
-            asked.free = asked.axes;
-        }
-        Ok(asked)
+        Ok(match once || lengths.is_some() {
+            true => 0,
+            false => self.axes,
+        })
     }
 
     /// The word of a letter other than G and M.
@@ -108,6 +109,24 @@ impl<'l> Asked<'l> {
         )
     }
 
+    /// Where another word takes the axes, a word of motion stands beside it only as the mode of G28 and G30.
+    pub(super) fn refuse_motion(&self) -> Result<(), Fault> {
+        let goes_home = matches!(self.once, Some((Code::Home(_), _)));
+        let beside = self.rules.dialect.table().homes_beside_motion;
+        let is_mode = beside && goes_home && self.cuts_or_positions();
+        match self.motion {
+            Some((Code::Motion(_) | Code::Probe | Code::Threading(_), word)) if !is_mode => {
+                Err(second_taker(word))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// True if the line may be a full turn, which needs no words of axes.
+    pub(super) fn may_turn_fully(&self) -> bool {
+        b"IJKR".iter().any(|l| self.word(*l).is_some()) && self.once.is_none()
+    }
+
     /// True if the line has words that only a cycle of a lathe takes.
     fn takes_a_cycle(&self) -> bool {
         let table = self.rules.dialect.table();
@@ -131,19 +150,8 @@ impl<'l> Asked<'l> {
         let mut groups = 0_u32;
         for word in self.block.words.iter().filter(|w| w.letter == b'G') {
             let Some(code) = self.code(word) else {
-                let other = Unfollowed::of(word);
-                if !is_passed(word, self.rules) || other.is_some_and(|other| !other.passes) {
-                    return Err(unknown_g(word, other));
-                }
-                self.passes = true;
-                if self.axes == 0 {
-                    continue;
-                }
-                return Err(Fault::new(
-                    word.span(),
-                    "axes in a line with a G word that is passed on: their meaning is unknown",
-                    "write two lines",
-                ));
+                self.pass_unknown(word)?;
+                continue;
             };
             if let Code::LookAhead(letter, most) = code {
                 self.looks_ahead(word, letter, most)?;
@@ -163,14 +171,7 @@ impl<'l> Asked<'l> {
             }
             let bit = 1 << code.group() as u32;
             if groups & bit != 0 {
-                return Err(Fault::new(
-                    word.span(),
-                    match code.group() {
-                        Group::Motion => "a second motion word in the line",
-                        _ => "a second word of its group in the line",
-                    },
-                    "write two lines",
-                ));
+                return Err(second_of_group(word, code.group()));
             }
             groups |= bit;
             match code {
@@ -181,6 +182,23 @@ impl<'l> Asked<'l> {
             }
         }
         Ok(())
+    }
+
+    /// A word G that is not known may be passed in a line without axes.
+    fn pass_unknown(&mut self, word: &Word) -> Result<(), Fault> {
+        let other = Unfollowed::of(word);
+        if !is_passed(word, self.rules) || other.is_some_and(|other| !other.passes) {
+            return Err(unknown_g(word, other));
+        }
+        self.passes = true;
+        if self.axes == 0 {
+            return Ok(());
+        }
+        Err(Fault::new(
+            word.span(),
+            "axes in a line with a G word that is passed on: their meaning is unknown",
+            "write two lines",
+        ))
     }
 }
 
@@ -203,10 +221,20 @@ impl Asked<'_> {
     }
 }
 
-/// The axes that have words, a bit each.
-fn axis_words(block: &Block) -> u16 {
-    let axes = block.words.iter().filter_map(|w| axes::index(w.letter));
-    axes.fold(0, |mask, axis| mask | 1 << axis)
+fn second_of_group(word: &Word, group: Group) -> Fault {
+    let cause = match group {
+        Group::Motion => "a second motion word in the line",
+        _ => "a second word of its group in the line",
+    };
+    Fault::new(word.span(), cause, "write two lines")
+}
+
+fn second_taker(word: &Word) -> Fault {
+    Fault::new(
+        word.span(),
+        "two words in the line that take the axes",
+        "write two lines",
+    )
 }
 
 /// True if a word is passed although nobody knows it.

@@ -20,7 +20,46 @@ impl State {
     pub(super) fn canned(&mut self, asked: &Asked<'_>, code: u16) -> Result<Cycle, Fault> {
         let block = asked.block;
         let plane = self.plane(asked)?.axes();
+        self.allows_cycle(asked, plane)?;
         let n = plane[2];
+        let relative = self.needs_distance(block)? == Distance::Incremental;
+        let from = self.position.at;
+        let retract = self.needs_retract(block)?;
+        let frame = self.frame_of_series(asked, n, relative, retract)?;
+        let mut sticky = self.sticky(asked, code, frame, relative)?;
+        self.keep_levels(asked, &mut sticky);
+        let rate = self.rate_of_cycle(asked)?;
+        let repeat = repeats(asked)?;
+        let first = self.target(asked, asked.free & !(1 << n), false)?.at;
+        let by = match relative {
+            true => std::array::from_fn(|i| first[i] - from[i]),
+            false => [0.0; COUNT],
+        };
+        let [r, bottom] = self.levels(&sticky);
+        let cycle = Cycle {
+            code,
+            axes: plane,
+            from,
+            first,
+            by,
+            repeat,
+            r,
+            bottom,
+            initial: sticky.initial,
+            retract,
+            q: sticky.q,
+            p: sticky.p,
+            rate,
+            feeds_to_clear: asked.rules.dialect.table().g89_feeds_to_level,
+        };
+        check_depth(asked, &cycle)?;
+        self.cycle = Some(sticky);
+        Ok(cycle)
+    }
+
+    /// What a cycle in this plane does not stand beside, or cannot do without.
+    fn allows_cycle(&self, asked: &Asked<'_>, plane: [usize; 3]) -> Result<(), Fault> {
+        let block = asked.block;
         if self.tip {
             return Err(Fault::new(
                 axis_span(block),
@@ -46,76 +85,17 @@ impl State {
                 "write a line before",
             ));
         }
-        let relative = self.needs_distance(block)? == Distance::Incremental;
-        let from = self.position.at;
-        let retract = self.retract.ok_or_else(|| {
-            Fault::new(
-                axis_span(block),
-                "a cycle, and neither G98 nor G99 before it: to which level it returns depends on the program that ran \
-                 before",
-                "write G98 (to the level before the cycle) or G99 (to R) before it, or give the setup [start] retract",
-            )
-        })?;
-        let frame = self.frame_of_series(asked, n, relative, retract)?;
-        let mut sticky = self.sticky(asked, code, frame, relative)?;
-        if asked.rules.dialect.table().keeps_levels {
-            self.keep_levels(asked, &mut sticky);
+        Ok(())
+    }
+
+    /// R and the bottom, as positions of the machine.
+    fn levels(&self, sticky: &Sticky) -> [f64; 2] {
+        if sticky.relative {
+            let r = sticky.initial + sticky.r;
+            return [r, r + sticky.depth];
         }
-        let rate = self.rate_of_cycle(asked)?;
-        let repeat = repeats(asked)?;
-        let first = self.target(asked, asked.free & !(1 << n), false)?.at;
-        let (r, bottom, by);
-        if relative {
-            by = std::array::from_fn(|i| first[i] - from[i]);
-            r = sticky.initial + sticky.r;
-            bottom = r + sticky.depth;
-        } else {
-            by = [0.0; COUNT];
-            r = self.offsets.machine_axis(n, sticky.r);
-            bottom = self.offsets.machine_axis(n, sticky.depth);
-        }
-        if bottom > r {
-            return Err(Fault::new(
-                axis_span(block),
-                "a cycle whose depth is above R",
-                "check R and the depth",
-            ));
-        }
-        if r - bottom < SHALLOWEST {
-            return Err(Fault::new(
-                axis_span(block),
-                "a hole of less than half a micrometre",
-                "check R and the depth: they are the same, or a hole apart",
-            ));
-        }
-        let pecks = match (code, sticky.q) {
-            (730 | 830, Some(q)) => ((r - bottom) / q).ceil(),
-            _ => 1.0,
-        };
-        if pecks * f64::from(repeat) > MOST_PECKS {
-            return Err(Fault::new(
-                asked.word(b'Q').map_or(axis_span(block), Word::span),
-                format!("a cycle of more than {MOST_PECKS} pecks in one line"),
-                "check Q: it is the depth of a peck",
-            ));
-        }
-        self.cycle = Some(sticky);
-        Ok(Cycle {
-            code,
-            axes: plane,
-            from,
-            first,
-            by,
-            repeat,
-            r,
-            bottom,
-            initial: sticky.initial,
-            retract,
-            q: sticky.q,
-            p: sticky.p,
-            rate,
-            feeds_to_clear: asked.rules.dialect.table().g89_feeds_to_level,
-        })
+        let level = |word: f64| self.offsets.machine_axis(sticky.frame.normal, word);
+        [level(sticky.r), level(sticky.depth)]
     }
 
     /// What numbers of the series mean, which do not change their meaning within it.
@@ -167,7 +147,7 @@ impl State {
         let Some(before) = self.cycle.filter(|c| c.code == sticky.code) else {
             return;
         };
-        if before.relative == sticky.relative {
+        if before.relative == sticky.relative || !asked.rules.dialect.table().keeps_levels {
             return;
         }
         // An increment of R counts from the level before the series, one of the depth from R.
@@ -202,36 +182,19 @@ impl State {
         let normal = frame.normal;
         let before = self.cycle.filter(|c| c.code == code);
         let initial = self.cycle.map_or(self.position.at[normal], |c| c.initial);
-        let lacking = |what: &str| {
-            Fault::new(
-                axis_span(asked.block),
-                format!("a cycle without {what}"),
-                format!("write {what}"),
-            )
-        };
         let length = |letter: u8, before: Option<f64>| match asked.word(letter) {
             Some(word) => self.length_of(asked, word).map(Some),
             None => Ok(before),
         };
-        let r = length(b'R', before.map(|c| c.r))?.ok_or_else(|| lacking("R"))?;
+        let r = length(b'R', before.map(|c| c.r))?.ok_or_else(|| lacking(asked, "R"))?;
         let letter = axes::LETTERS[normal];
-        let depth = length(letter, before.map(|c| c.depth))?;
-        let depth = depth.ok_or_else(|| lacking(&format!("{}, its depth", char::from(letter))))?;
+        let depth = length(letter, before.map(|c| c.depth))?
+            .ok_or_else(|| lacking(asked, &format!("{}, its depth", char::from(letter))))?;
         let q = length(b'Q', before.and_then(|c| c.q))?;
-        let p = asked.word(b'P').map(|w| Wait {
-            value: w.value,
-            point: w.point,
-        });
-        let p = p.or(before.and_then(|c| c.p));
         if matches!(code, 730 | 830) && q.is_none_or(|q| q <= 0.0) {
-            return Err(lacking("Q, the depth of a peck, which is positive"));
+            return Err(lacking(asked, "Q, the depth of a peck, which is positive"));
         }
-        // Fanuc's G86 has no P.
-        let waits =
-            matches!(code, 820 | 890) || code == 860 && asked.rules.dialect.table().g86_waits;
-        if waits && p.is_none() {
-            return Err(lacking("P, the time at the bottom"));
-        }
+        let p = wait_at_bottom(asked, code, before.and_then(|c| c.p))?;
         Ok(Sticky {
             code,
             initial,
@@ -243,6 +206,65 @@ impl State {
             p,
         })
     }
+}
+
+/// P of the line, otherwise of the line before, if the cycle has one.
+fn wait_at_bottom(
+    asked: &Asked<'_>,
+    code: u16,
+    before: Option<Wait>,
+) -> Result<Option<Wait>, Fault> {
+    let p = asked.word(b'P').map(|w| Wait {
+        value: w.value,
+        point: w.point,
+    });
+    let p = p.or(before);
+    // Fanuc's G86 has no P.
+    let waits = matches!(code, 820 | 890) || code == 860 && asked.rules.dialect.table().g86_waits;
+    match waits && p.is_none() {
+        true => Err(lacking(asked, "P, the time at the bottom")),
+        false => Ok(p),
+    }
+}
+
+fn lacking(asked: &Asked<'_>, what: &str) -> Fault {
+    Fault::new(
+        axis_span(asked.block),
+        format!("a cycle without {what}"),
+        format!("write {what}"),
+    )
+}
+
+/// A hole goes down, and in a limited number of pecks.
+fn check_depth(asked: &Asked<'_>, cycle: &Cycle) -> Result<(), Fault> {
+    let span = axis_span(asked.block);
+    let depth = cycle.r - cycle.bottom;
+    if cycle.bottom > cycle.r {
+        return Err(Fault::new(
+            span,
+            "a cycle whose depth is above R",
+            "check R and the depth",
+        ));
+    }
+    if depth < SHALLOWEST {
+        return Err(Fault::new(
+            span,
+            "a hole of less than half a micrometre",
+            "check R and the depth: they are the same, or a hole apart",
+        ));
+    }
+    let pecks = match (cycle.code, cycle.q) {
+        (730 | 830, Some(q)) => (depth / q).ceil(),
+        _ => 1.0,
+    };
+    if pecks * f64::from(cycle.repeat) > MOST_PECKS {
+        return Err(Fault::new(
+            asked.word(b'Q').map_or(span, Word::span),
+            format!("a cycle of more than {MOST_PECKS} pecks in one line"),
+            "check Q: it is the depth of a peck",
+        ));
+    }
+    Ok(())
 }
 
 /// How often a cycle is done: L, or Fanuc's K.

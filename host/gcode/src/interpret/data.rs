@@ -20,65 +20,22 @@ impl State {
         let p = asked.word(b'P').map(whole).transpose()?;
         let table = asked.rules.dialect.table();
         let further = table.further_systems;
+        if let (Some(1), Some(tool), true) = (kind, p, table.sets_tools) {
+            return self.set_tool(asked, word, tool);
+        }
         let number = match (kind, p) {
             (Some(2 | 20), Some(p @ 1..=9)) if !further => p as Number,
             (Some(2 | 20), Some(0)) if !further => self.offsets.selected(),
             (Some(2), Some(p @ 1..=6)) if further => p as Number,
             (Some(20), Some(p @ 1..=300)) if further => 100 + p as Number,
-            (Some(1), Some(tool)) if table.sets_tools => {
-                return self.set_tool(asked, word, tool);
-            }
-            (Some(10..=13), _) => {
-                return Err(unknown(
-                    word,
-                    "G10 L10, L11, L12, L13: tool lengths set from the machine's position, or in parts",
-                    "write the lengths into the setup instead, and take the words out",
-                ));
-            }
-            _ => {
-                return Err(unknown(
-                    word,
-                    "G10 that is not followed: only L2 and L20 with P are, and LinuxCNC's L1",
-                    "set the offset in the setup instead",
-                ));
-            }
+            _ => return Err(sets_no_system(word, kind)),
         };
         if further && self.needs_distance(asked.block)? != Distance::Absolute {
             return Err(unknown(word, "G10 under G91", "write G90 before it"));
         }
-        let known = self.offsets.systems.get(&number).copied();
-        // Axes that were not given keep what they had, which must be known.
-        let all = asked.rules.axes;
-        if known.is_none() && asked.axes & all != all {
-            let name = system_name(number);
-            return Err(Fault::new(
-                word.span(),
-                format!("{name} is set for some axes, and its value for the others is unknown"),
-                format!("give the setup [offset.\"{name}\"], or write all axes here"),
-            ));
-        }
-        let turns = table.systems_turn;
-        if known.is_none() && turns && asked.word(b'R').is_none() {
-            let name = system_name(number);
-            return Err(Fault::new(
-                word.span(),
-                format!("{name} is set, and its rotation is unknown"),
-                format!("give the setup [offset.\"{name}\"], or write R, its rotation, here"),
-            ));
-        }
-        // Where nothing is known of it all axes of the machine are set here, and R.
-        let mut system = known.unwrap_or_default();
+        let mut system = self.system_before(asked, word, number)?;
         if let Some(rotation) = asked.word(b'R') {
-            let g92 = self.offsets.g92;
-            let holds = number == self.offsets.selected();
-            if holds && rotation.value != system.rotation && (g92[0] != 0.0 || g92[1] != 0.0) {
-                return Err(unknown(
-                    rotation,
-                    "another rotation of the active system, under G92: LinuxCNC then takes the position for \
-                     another one",
-                    "write G92.1 before it",
-                ));
-            }
+            self.may_turn(rotation, number, &system)?;
             system.rotation = rotation.value;
         }
         if kind == Some(20) && !further {
@@ -91,6 +48,50 @@ impl State {
         }
         self.offsets.set(number, system);
         Ok(())
+    }
+
+    /// A system before some of its values are set: those that are not given stay, and must be known.
+    fn system_before(
+        &self,
+        asked: &Asked<'_>,
+        word: &Word,
+        number: Number,
+    ) -> Result<System, Fault> {
+        if let Some(known) = self.offsets.systems.get(&number) {
+            return Ok(*known);
+        }
+        let all = asked.rules.axes;
+        let name = system_name(number);
+        if asked.axes & all != all {
+            return Err(Fault::new(
+                word.span(),
+                format!("{name} is set for some axes, and its value for the others is unknown"),
+                format!("give the setup [offset.\"{name}\"], or write all axes here"),
+            ));
+        }
+        if asked.rules.dialect.table().systems_turn && asked.word(b'R').is_none() {
+            return Err(Fault::new(
+                word.span(),
+                format!("{name} is set, and its rotation is unknown"),
+                format!("give the setup [offset.\"{name}\"], or write R, its rotation, here"),
+            ));
+        }
+        Ok(System::default())
+    }
+
+    /// The active system must not get another rotation under G92.
+    fn may_turn(&self, rotation: &Word, number: Number, system: &System) -> Result<(), Fault> {
+        let [x, y, ..] = self.offsets.g92;
+        let holds = number == self.offsets.selected();
+        if !holds || rotation.value == system.rotation || (x == 0.0 && y == 0.0) {
+            return Ok(());
+        }
+        Err(unknown(
+            rotation,
+            "another rotation of the active system, under G92: LinuxCNC then takes the position for \
+             another one",
+            "write G92.1 before it",
+        ))
     }
 
     /// G10 L1: the offsets of a tool, as they are written. They hold from its next G43 on.
@@ -144,5 +145,21 @@ impl State {
             system.origin[axis] = self.position.at[axis] - meant[axis];
         }
         Ok(())
+    }
+}
+
+/// A G10 of another kind than those that set a system.
+fn sets_no_system(word: &Word, kind: Option<u32>) -> Fault {
+    match kind {
+        Some(10..=13) => unknown(
+            word,
+            "G10 L10, L11, L12, L13: tool lengths set from the machine's position, or in parts",
+            "write the lengths into the setup instead, and take the words out",
+        ),
+        _ => unknown(
+            word,
+            "G10 that is not followed: only L2 and L20 with P are, and LinuxCNC's L1",
+            "set the offset in the setup instead",
+        ),
     }
 }

@@ -24,28 +24,9 @@ impl State {
                 continue;
             }
             if USED.contains(&word.letter) {
-                if asked.passes {
-                    continue;
+                if !asked.passes {
+                    self.letter_in_use(asked, word)?;
                 }
-                let users = self.users(asked, word.letter);
-                if users != 1 {
-                    let (cause, remedy) = match users {
-                        0 if word.letter == b'E' => (
-                            "E, which this dialect does not have",
-                            "for the program of a printer give --dialect printer",
-                        ),
-                        0 => (
-                            "a word that nothing in its line uses: its meaning is unknown",
-                            "check the G word of the line and --dialect, or take it out",
-                        ),
-                        _ => ("a word that two others of its line use", "write two lines"),
-                    };
-                    return Err(Fault::new(word.span(), cause, remedy));
-                }
-                let is_count = word.letter == b'K' && self.cycle_of(asked).is_some();
-                let is_ahead = |word: &Word| matches!(asked.code(word), Some(Code::LookAhead(..)));
-                let is_choice = is_count || asked.coded().iter().any(is_ahead);
-                needs_point(asked, word, b"IJKRQ".contains(&word.letter) && !is_choice)?;
                 continue;
             }
             if !b"GMNFSTO".contains(&word.letter) {
@@ -57,6 +38,29 @@ impl State {
             }
         }
         Ok(())
+    }
+
+    /// Exactly one word of the line must use a letter.
+    fn letter_in_use(&self, asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
+        let (cause, remedy) = match self.users(asked, word.letter) {
+            1 => {
+                let is_count = word.letter == b'K' && self.cycle_of(asked).is_some();
+                let is_ahead = |word: &Word| matches!(asked.code(word), Some(Code::LookAhead(..)));
+                let is_choice = is_count || asked.coded().iter().any(is_ahead);
+                let is_length = b"IJKRQ".contains(&word.letter) && !is_choice;
+                return needs_point(asked, word, is_length);
+            }
+            0 if word.letter == b'E' => (
+                "E, which this dialect does not have",
+                "for the program of a printer give --dialect printer",
+            ),
+            0 => (
+                "a word that nothing in its line uses: its meaning is unknown",
+                "check the G word of the line and --dialect, or take it out",
+            ),
+            _ => ("a word that two others of its line use", "write two lines"),
+        };
+        Err(Fault::new(word.span(), cause, remedy))
     }
 
     /// The cycle that the line does or goes on with.
@@ -71,8 +75,7 @@ impl State {
     fn users(&self, asked: &Asked<'_>, letter: u8) -> usize {
         let dialect = asked.rules.dialect;
         let table = dialect.table();
-        let has_centre = b"IJKR".iter().any(|l| asked.word(*l).is_some());
-        let turns = asked.free != 0 || has_centre && asked.once.is_none();
+        let turns = asked.free != 0 || asked.may_turn_fully();
         let by_motion = match self.motion_of(asked) {
             Some(Motion::Clockwise | Motion::Counterclockwise) if turns => match letter {
                 b'I' | b'J' | b'K' | b'R' => true,

@@ -5,10 +5,35 @@ use super::{Asked, Step, unknown, whole};
 use crate::codes::{self, Code, Length, Machine};
 use crate::dialect::FeedUnit;
 use crate::fault::{FLAT, Fault, Kind};
-use crate::modal::{Distance, FeedMode, Motion};
+use crate::modal::{Distance, FeedMode, Motion, Units};
 use crate::offsets::Number;
 use crate::state::{Lost, Rules, State};
 use crate::words::Word;
+
+/// Words M of spindle and coolant that a line has had.
+#[derive(Default)]
+struct SpindleAndCoolant {
+    turns: bool,
+    cools: bool,
+    dries: bool,
+}
+
+impl SpindleAndCoolant {
+    /// True if a word before it acts on the same thing: which of both acts last is the choice of the controller.
+    fn is_second(&mut self, word: &Word) -> bool {
+        match word.tenths() {
+            // M5 and M9 may wait for the end of the motion.
+            Some(30 | 40 | 50) => std::mem::replace(&mut self.turns, true),
+            // Mist and flood may run together.
+            Some(70 | 80) => {
+                self.cools = true;
+                self.dries
+            }
+            Some(90) => std::mem::replace(&mut self.dries, true) || self.cools,
+            _ => false,
+        }
+    }
+}
 
 impl State {
     /// What stands before modes in the order of execution: F's mode, F, T, M.
@@ -17,6 +42,40 @@ impl State {
         asked: &Asked<'_>,
         step: &mut Step,
     ) -> Result<(), Fault> {
+        self.set_feed(asked)?;
+        if let Some(word) = asked.word(b'T') {
+            self.next_tool = Some(whole(word)?);
+        }
+        let machine_words = asked.coded().iter().filter(|w| w.letter == b'M');
+        let mut switched = SpindleAndCoolant::default();
+        for (place, word) in machine_words.enumerate() {
+            if switched.is_second(word) {
+                return Err(Fault::new(
+                    word.span(),
+                    "a second word of spindle or coolant in the line",
+                    "write two lines",
+                ));
+            }
+            let Some(machine) = word.machine(asked.rules.dialect) else {
+                if is_passed(word, asked.rules) {
+                    continue;
+                }
+                return Err(unknown_m(word));
+            };
+            if place >= 4 {
+                return Err(Fault::new(
+                    word.span(),
+                    "more than four M words in a line",
+                    "write two lines",
+                ));
+            }
+            self.machine_word(asked, word, machine, step)?;
+        }
+        Ok(())
+    }
+
+    /// F and what it counts.
+    fn set_feed(&mut self, asked: &Asked<'_>) -> Result<(), Fault> {
         for word in asked.coded() {
             if let Some(Code::Feed(mode)) = asked.code(word)
                 && mode != self.feed_mode
@@ -43,45 +102,6 @@ impl State {
             }
             self.feed = Some(word.value);
             self.feed_has_point = word.point || word.value == 0.0;
-        }
-        if let Some(word) = asked.word(b'T') {
-            self.next_tool = Some(whole(word)?);
-        }
-        let machine_words = asked.coded().iter().filter(|w| w.letter == b'M');
-        let (mut turns, mut cools, mut dries) = (false, false, false);
-        for (place, word) in machine_words.enumerate() {
-            // Which of two acts last is the controller's choice, and M5 and M9 may wait for the end of the motion.
-            let is_second = match word.tenths() {
-                Some(30 | 40 | 50) => std::mem::replace(&mut turns, true),
-                // Mist and flood may run together.
-                Some(70 | 80) => {
-                    cools = true;
-                    dries
-                }
-                Some(90) => std::mem::replace(&mut dries, true) || cools,
-                _ => false,
-            };
-            if is_second {
-                return Err(Fault::new(
-                    word.span(),
-                    "a second word of spindle or coolant in the line",
-                    "write two lines",
-                ));
-            }
-            let Some(machine) = word.machine(asked.rules.dialect) else {
-                if is_passed(word, asked.rules) {
-                    continue;
-                }
-                return Err(unknown_m(word));
-            };
-            if place >= 4 {
-                return Err(Fault::new(
-                    word.span(),
-                    "more than four M words in a line",
-                    "write two lines",
-                ));
-            }
-            self.machine_word(asked, word, machine, step)?;
         }
         Ok(())
     }
@@ -124,44 +144,8 @@ impl State {
 
     /// Plane, units, cutter and tool offsets, systems, distances, retracting.
     pub(super) fn set_modes(&mut self, asked: &Asked<'_>, step: &mut Step) -> Result<(), Fault> {
-        // G70 and G71 leave F in the unit of the machine.
-        let of_lengths = |word: &Word| matches!(word.tenths(), Some(700 | 710));
-        if let Some((units, word)) = asked.units
-            && asked.rules.dialect.table().has_names
-            && of_lengths(word)
-            && asked.rules.setup.units.is_some_and(|own| own != units)
-        {
-            return Err(unknown(
-                word,
-                "G70 and G71 leave F in the unit of the machine, which is another one",
-                "write G700 or G710",
-            ));
-        }
-        if let Some((units, word)) = asked.units
-            && self.units != Some(units)
-        {
-            let before = self
-                .units
-                .filter(|_| self.feed_mode != FeedMode::InverseTime);
-            if let Some(before) = before {
-                let feed_unit = asked.rules.dialect.table().feed_unit;
-                match (asked.word(b'F'), feed_unit) {
-                    (None, _) => self.feed = None,
-                    (Some(_), FeedUnit::After) => {}
-                    (Some(f), FeedUnit::Before) => {
-                        self.feed_unit = before.mm() / units.mm();
-                        self.feed = Some(f.value * self.feed_unit);
-                    }
-                    (Some(_), FeedUnit::Unknown) => {
-                        return Err(Fault::new(
-                            word.span(),
-                            "another unit and F in one line: controllers differ in the unit of that F",
-                            "write the unit in a line before",
-                        ));
-                    }
-                }
-            }
-            self.units = Some(units);
+        if let Some((units, word)) = asked.units {
+            self.set_units(asked, units, word)?;
         }
         if let Some(word) = asked.cancels {
             self.cancel_cycles(asked, word)?;
@@ -178,47 +162,87 @@ impl State {
             self.cutting_edge(word, asked.rules)?;
         }
         for word in asked.coded() {
-            let Some(code) = asked.code(word) else {
-                continue;
-            };
-            match code {
-                Code::Plane(plane) => self.plane = Some(plane),
-                Code::Cutter(on) => {
-                    // Also to the other side, or by another radius.
-                    self.cutter_changes |= on || self.cutter;
-                    self.cutter = on;
-                }
-                Code::ToolLength(length) => {
+            match asked.code(word) {
+                Some(Code::ToolLength(length)) => {
                     self.tool_length_word(asked, word, length)?;
                     self.may_move(asked, tool_before, step);
+                    if table.doubts_tool_offset && length == Length::Off && self.tip {
+                        step.tip = Some(false);
+                    }
                 }
-                Code::TipOn => {
+                Some(Code::TipOn) => {
                     needs_machine(word, asked.rules)?;
                     self.tool_length_word(asked, word, Length::OfTool)?;
                     step.tip = (!self.tip).then_some(true);
                 }
-                Code::System(100) => {
-                    self.offsets.select(further_system(asked, word)?);
-                }
-                // G54 P is G54.1 P.
-                Code::System(1) if table.further_systems && asked.word(b'P').is_some() => {
-                    self.offsets.select(further_system(asked, word)?);
-                }
-                Code::System(number) => self.offsets.select(number),
-                Code::Distance(distance) => self.distance = Some(distance),
-                Code::ArcDistance(distance) => self.arc_distance = distance,
-                Code::Retract(retract) => self.retract = Some(retract),
-                _ => {}
+                Some(code) => self.set_mode(asked, word, code)?,
+                None => {}
             }
-            if table.doubts_tool_offset && code == Code::ToolLength(Length::Off) && self.tip {
-                step.tip = Some(false);
+        }
+        Ok(())
+    }
+
+    /// Modes that depend on nothing but their word.
+    fn set_mode(&mut self, asked: &Asked<'_>, word: &Word, code: Code) -> Result<(), Fault> {
+        let has_further = asked.rules.dialect.table().further_systems;
+        match code {
+            Code::Plane(plane) => self.plane = Some(plane),
+            Code::Cutter(on) => {
+                // Also to the other side, or by another radius.
+                self.cutter_changes |= on || self.cutter;
+                self.cutter = on;
             }
+            Code::System(100) => {
+                self.offsets.select(further_system(asked, word)?);
+            }
+            // G54 P is G54.1 P.
+            Code::System(1) if has_further && asked.word(b'P').is_some() => {
+                self.offsets.select(further_system(asked, word)?);
+            }
+            Code::System(number) => self.offsets.select(number),
+            Code::Distance(distance) => self.distance = Some(distance),
+            Code::ArcDistance(distance) => self.arc_distance = distance,
+            Code::Retract(retract) => self.retract = Some(retract),
+            _ => {}
         }
         Ok(())
     }
 }
 
 impl State {
+    /// Another unit, and what F counts in it.
+    fn set_units(&mut self, asked: &Asked<'_>, units: Units, word: &Word) -> Result<(), Fault> {
+        let rules = asked.rules;
+        let table = rules.dialect.table();
+        let of_lengths = matches!(word.tenths(), Some(700 | 710));
+        if table.has_names && of_lengths && rules.setup.units.is_some_and(|own| own != units) {
+            return Err(unknown(
+                word,
+                "G70 and G71 leave F in the unit of the machine, which is another one",
+                "write G700 or G710",
+            ));
+        }
+        let before = self.units.filter(|before| *before != units);
+        let before = before.filter(|_| self.feed_mode != FeedMode::InverseTime);
+        match (before, asked.word(b'F'), table.feed_unit) {
+            (None, _, _) | (Some(_), Some(_), FeedUnit::After) => {}
+            (Some(_), None, _) => self.feed = None,
+            (Some(before), Some(f), FeedUnit::Before) => {
+                self.feed_unit = before.mm() / units.mm();
+                self.feed = Some(f.value * self.feed_unit);
+            }
+            (Some(_), Some(_), FeedUnit::Unknown) => {
+                return Err(Fault::new(
+                    word.span(),
+                    "another unit and F in one line: controllers differ in the unit of that F",
+                    "write the unit in a line before",
+                ));
+            }
+        }
+        self.units = Some(units);
+        Ok(())
+    }
+
     /// G80 where cycles are a group of their own: what held before them holds again.
     fn cancel_cycles(&mut self, asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
         if let Some((Code::Motion(Motion::Cycle(_)), _)) = asked.motion {

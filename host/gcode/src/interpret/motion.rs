@@ -41,74 +41,20 @@ impl State {
 
     /// Moves, with the axes that no other word of the line has taken.
     pub(super) fn do_motion(&mut self, asked: &Asked<'_>, step: &mut Step) -> Result<(), Fault> {
-        let block = asked.block;
+        let motion = self.motion_of(asked);
         match asked.motion {
-            Some((Code::NoMotion, word)) => {
-                self.motion = None;
-                self.cycle = None;
-                return match asked.free {
-                    0 => Ok(()),
-                    _ => Err(Fault::new(
-                        word.span(),
-                        "axes in a line with G80",
-                        "write two lines",
-                    )),
-                };
-            }
-            Some((Code::Probe, word)) => {
-                asked.machine_coordinates.map_or(Ok(()), alone)?;
-                self.not_with_tip(word)?;
-                bits(asked.free).for_each(|axis| self.lose(axis, Lost::Probed));
-                self.lose_turned(asked.free);
-                step.passed = Some("probing");
-                self.motion = None;
-                return Ok(());
-            }
+            Some((Code::NoMotion, word)) => return self.end_motion(asked, word),
+            Some((Code::Probe, word)) => return self.probe(asked, word, step),
             Some((Code::Threading(tenths), word)) => {
                 asked.machine_coordinates.map_or(Ok(()), alone)?;
                 step.motion = Some(self.thread(asked, tenths, word)?);
                 return Ok(());
             }
+            Some((Code::Motion(motion), _)) => self.hold_motion(motion),
             _ => {}
         }
-        let motion = self.motion_of(asked);
-        if let Some((Code::Motion(motion), _)) = asked.motion {
-            if !matches!(motion, Motion::Cycle(_)) {
-                self.cycle = None;
-            }
-            self.motion = Some(motion);
-            if !matches!(motion, Motion::Cycle(_)) {
-                self.before_cycles = Some(motion);
-            }
-        }
-        let is_arc = matches!(motion, Some(Motion::Clockwise | Motion::Counterclockwise));
-        let has_centre = is_arc && b"IJKR".iter().any(|l| asked.word(*l).is_some());
-        let turns = has_centre && asked.once.is_none();
-        if asked.free == 0 && !turns {
+        let Some(motion) = self.motion_to_do(asked, motion)? else {
             return Ok(());
-        }
-        // A full turn beside G43.1, whose words are not those of the arc.
-        if asked.free == 0 && asked.axes & asked.rules.axes != 0 {
-            return Err(Fault::new(
-                axis_span(block),
-                "an arc in a line whose axes another word takes",
-                "write two lines",
-            ));
-        }
-        let Some(motion) = motion else {
-            return Err(Fault::new(
-                axis_span(block),
-                "axes without a motion word, and none is active",
-                "write G0, G1, G2 or G3, or give the setup the active one: [start] motion = \"G0\"",
-            ));
-        };
-        if let Some(word) = asked.machine_coordinates {
-            self.allows_machine_coordinates(asked, word, motion)?;
-        }
-        let motion = match motion {
-            // Printers do not tell G0 and G1 apart.
-            Motion::Rapid if asked.word(b'E').is_some() => Motion::Feed,
-            motion => motion,
         };
         if self.move_before_known(asked, step)? {
             return Ok(());
@@ -133,6 +79,75 @@ impl State {
             }
         });
         Ok(())
+    }
+
+    /// G80 where cycles are motions.
+    fn end_motion(&mut self, asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
+        self.motion = None;
+        self.cycle = None;
+        match asked.free {
+            0 => Ok(()),
+            _ => Err(Fault::new(
+                word.span(),
+                "axes in a line with G80",
+                "write two lines",
+            )),
+        }
+    }
+
+    /// G38: where it ends is not known.
+    fn probe(&mut self, asked: &Asked<'_>, word: &Word, step: &mut Step) -> Result<(), Fault> {
+        asked.machine_coordinates.map_or(Ok(()), alone)?;
+        self.not_with_tip(word)?;
+        bits(asked.free).for_each(|axis| self.lose(axis, Lost::Probed));
+        self.lose_turned(asked.free);
+        step.passed = Some("probing");
+        self.motion = None;
+        Ok(())
+    }
+
+    /// A motion holds until another one.
+    fn hold_motion(&mut self, motion: Motion) {
+        self.motion = Some(motion);
+        if !matches!(motion, Motion::Cycle(_)) {
+            self.cycle = None;
+            self.before_cycles = Some(motion);
+        }
+    }
+
+    /// The motion that a line does; `None` if it does not move.
+    fn motion_to_do(
+        &self,
+        asked: &Asked<'_>,
+        motion: Option<Motion>,
+    ) -> Result<Option<Motion>, Fault> {
+        let is_arc = matches!(motion, Some(Motion::Clockwise | Motion::Counterclockwise));
+        if asked.free == 0 && !(is_arc && asked.may_turn_fully()) {
+            return Ok(None);
+        }
+        // A full turn beside G43.1, whose words are not those of the arc.
+        if asked.free == 0 && asked.axes & asked.rules.axes != 0 {
+            return Err(Fault::new(
+                axis_span(asked.block),
+                "an arc in a line whose axes another word takes",
+                "write two lines",
+            ));
+        }
+        let Some(motion) = motion else {
+            return Err(Fault::new(
+                axis_span(asked.block),
+                "axes without a motion word, and none is active",
+                "write G0, G1, G2 or G3, or give the setup the active one: [start] motion = \"G0\"",
+            ));
+        };
+        if let Some(word) = asked.machine_coordinates {
+            self.allows_machine_coordinates(asked, word, motion)?;
+        }
+        Ok(Some(match motion {
+            // Printers do not tell G0 and G1 apart.
+            Motion::Rapid if asked.word(b'E').is_some() => Motion::Feed,
+            motion => motion,
+        }))
     }
 
     /// The words of axes of a line have been done.
@@ -316,49 +331,60 @@ impl State {
         }
         let turned = self.offsets.is_turned() && words & 0b11 != 0;
         if turned {
-            // A word of X moves both, so both must be known unless both are given.
-            let needed = if relative || words & 0b11 != 0b11 {
-                0b11
-            } else {
-                0
-            };
-            if let Some(axis) = self.position.missing(needed) {
-                return Err(self.not_known(asked.rules, first, axis));
-            }
-            let mut program = self.offsets.program(&self.position.at);
-            for axis in bits(words & 0b11) {
-                let value = self.value(asked, axis)?;
-                program[axis] = if relative {
-                    program[axis] + value
-                } else {
-                    value
-                };
-            }
-            let at = self.offsets.machine(&program);
-            to.set(0, at[0]);
-            to.set(1, at[1]);
+            let [x, y] = self.turned_target(asked, words & 0b11, relative, first)?;
+            to.set(0, x);
+            to.set(1, y);
         }
-        let single = if turned { words & !0b11 } else { words };
-        for axis in bits(single) {
-            let word = asked.word(axes::LETTERS[axis]);
-            let own = word.filter(|word| word.distance.is_some());
-            if let (Some(word), Some(true)) = (own, asked.rules.setup.wrapped[axis]) {
-                return Err(Fault::new(
-                    word.span(),
-                    format!("AC or IC of {}, which is wrapped", axes::name(axis)),
-                    "write the angle alone, under G90",
-                ));
-            }
-            if self.distance_of(word) == Some(Distance::Incremental) {
-                if !self.position.knows(axis) {
-                    return Err(self.not_known(asked.rules, first, axis));
-                }
-                to.set(axis, self.position.at[axis] + self.value(asked, axis)?);
-            } else {
-                to.set(axis, self.absolute(asked, axis)?);
-            }
+        for axis in bits(if turned { words & !0b11 } else { words }) {
+            to.set(axis, self.target_of_axis(asked, axis, first)?);
         }
         Ok(to)
+    }
+
+    /// Where words of X and Y (bits) lead under a rotation.
+    fn turned_target(
+        &self,
+        asked: &Asked<'_>,
+        words: u16,
+        relative: bool,
+        first: &Word,
+    ) -> Result<[f64; 2], Fault> {
+        // A word of X moves both, so both must be known unless both are given.
+        let needed = if relative || words != 0b11 { 0b11 } else { 0 };
+        if let Some(axis) = self.position.missing(needed) {
+            return Err(self.not_known(asked.rules, first, axis));
+        }
+        let mut program = self.offsets.program(&self.position.at);
+        for axis in bits(words) {
+            let value = self.value(asked, axis)?;
+            program[axis] = if relative {
+                program[axis] + value
+            } else {
+                value
+            };
+        }
+        let at = self.offsets.machine(&program);
+        Ok([at[0], at[1]])
+    }
+
+    /// Where the word of an axis leads that no rotation mixes with another.
+    fn target_of_axis(&self, asked: &Asked<'_>, axis: usize, first: &Word) -> Result<f64, Fault> {
+        let word = asked.word(axes::LETTERS[axis]);
+        let own = word.filter(|word| word.distance.is_some());
+        if let (Some(word), Some(true)) = (own, asked.rules.setup.wrapped[axis]) {
+            return Err(Fault::new(
+                word.span(),
+                format!("AC or IC of {}, which is wrapped", axes::name(axis)),
+                "write the angle alone, under G90",
+            ));
+        }
+        if self.distance_of(word) != Some(Distance::Incremental) {
+            return self.absolute(asked, axis);
+        }
+        if !self.position.knows(axis) {
+            return Err(self.not_known(asked.rules, first, axis));
+        }
+        Ok(self.position.at[axis] + self.value(asked, axis)?)
     }
 
     /// F as it holds for a move.

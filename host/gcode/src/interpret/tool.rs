@@ -29,18 +29,15 @@ impl State {
         }
         match rules.setup.tool_change {
             Some(to) => {
-                for axis in bits(to.known & rules.axes) {
-                    self.position.set(axis, to.at[axis]);
-                }
-                step.passed = Some("tool changes that move");
+                bits(to.known & rules.axes).for_each(|axis| self.position.set(axis, to.at[axis]))
             }
             // The change of Fanuc controllers is a program of the maker, which moves the axes.
             None if rules.dialect.table().tool_change_moves => {
                 bits(rules.axes).for_each(|axis| self.lose(axis, Lost::ToolChange));
-                step.passed = Some("tool changes that move");
             }
             None => return Ok(()),
         }
+        step.passed = Some("tool changes that move");
         self.not_with_tip(word)?;
         if asked.axes != 0 {
             return Err(Fault::new(
@@ -76,45 +73,48 @@ impl State {
                 }
                 self.set_tool_offset(word, offset, length)?;
             }
-            Length::OfTool => {
-                let number = match asked.word(b'H') {
-                    Some(word) => Some(whole(word)?),
-                    None if asked.rules.dialect.table().g43_takes_spindle => self.tool,
-                    None => None,
-                };
-                let Some(number) = number else {
-                    return Err(Fault::new(
-                        word.span(),
-                        "G43 without H: its tool is unknown",
-                        "write H, or give the setup the tool in the spindle: [start] tool = …",
-                    ));
-                };
-                // Fanuc's H0 is not an offset; LinuxCNC's the tool in the spindle, or none.
-                match (number, asked.rules.dialect.table().h0_is_none) {
-                    (0, true) => {
-                        return self.set_tool_offset(word, [0.0; COUNT], self.length);
-                    }
-                    (0, _) => {
-                        return Err(Fault::new(
-                            word.span(),
-                            "H0: that is the tool in the spindle, or none, as the tool changer is",
-                            "write the number of the tool, or G49",
-                        ));
-                    }
-                    _ => {}
-                }
-                let Some(offset) = self.tool_offset(number, asked.rules) else {
-                    return Err(Fault::new(
-                        word.span(),
-                        format!("the length of tool {number} is unknown"),
-                        format!("give it in the setup: [tool.{number}] length = …"),
-                    ));
-                };
-                let length = length_of_tool(&asked.rules.setup, number, &offset);
-                self.set_tool_offset(word, offset, length)?;
-            }
+            Length::OfTool => self.length_by_number(asked, word)?,
         }
         Ok(())
+    }
+
+    /// G43 with the number of a tool, H.
+    fn length_by_number(&mut self, asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
+        let number = match asked.word(b'H') {
+            Some(word) => Some(whole(word)?),
+            None if asked.rules.dialect.table().g43_takes_spindle => self.tool,
+            None => None,
+        };
+        let Some(number) = number else {
+            return Err(Fault::new(
+                word.span(),
+                "G43 without H: its tool is unknown",
+                "write H, or give the setup the tool in the spindle: [start] tool = …",
+            ));
+        };
+        // Fanuc's H0 is not an offset; LinuxCNC's the tool in the spindle, or none.
+        match (number, asked.rules.dialect.table().h0_is_none) {
+            (0, true) => {
+                return self.set_tool_offset(word, [0.0; COUNT], self.length);
+            }
+            (0, _) => {
+                return Err(Fault::new(
+                    word.span(),
+                    "H0: that is the tool in the spindle, or none, as the tool changer is",
+                    "write the number of the tool, or G49",
+                ));
+            }
+            _ => {}
+        }
+        let Some(offset) = self.tool_offset(number, asked.rules) else {
+            return Err(Fault::new(
+                word.span(),
+                format!("the length of tool {number} is unknown"),
+                format!("give it in the setup: [tool.{number}] length = …"),
+            ));
+        };
+        let length = length_of_tool(&asked.rules.setup, number, &offset);
+        self.set_tool_offset(word, offset, length)
     }
 
     /// D of a Sinumerik: the offset of the tool in the spindle, or none.

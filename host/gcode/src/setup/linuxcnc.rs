@@ -20,61 +20,16 @@ impl Setup {
     /// # Errors
     /// A line that is not a number and a value.
     pub fn add_var(&mut self, text: &str, units: Units) -> Result<(), FileError> {
-        let mut parameters = Parameters::new();
-        let mut start = 0;
-        for line in text.split_inclusive('\n') {
-            let span = start..start + line.trim_end().len();
-            start += line.len();
-            let mut cells = line.split_whitespace();
-            let Some(number) = cells.next().filter(|c| !c.starts_with(['#', ';'])) else {
-                continue;
-            };
-            let pair = number.parse::<u32>().ok().zip(
-                cells
-                    .next()
-                    .and_then(|value| value.parse::<f64>().ok())
-                    .filter(|value| value.is_finite()),
-            );
-            let Some((number, value)) = pair else {
-                return Err(FileError::at(
-                    span,
-                    "no parameter and its value",
-                    "here",
-                    "give the PARAMETER_FILE of LinuxCNC: a number and a value in each line",
-                ));
-            };
-            if COORDINATES.contains(&number) && !axes::can_be(value) {
-                return Err(FileError::at(
-                    span,
-                    format!("a coordinate beyond {:.0e}", axes::LARGEST),
-                    "here",
-                    "give the file as LinuxCNC has written it",
-                ));
-            }
-            parameters.insert(number, (value, span));
-        }
+        let parameters = read_parameters(text)?;
         let stored = parameters.range(1..=5000);
         self.parameters
             .extend(stored.map(|(number, (value, _))| (*number, *value)));
         let number = |place: u32| parameters.get(&place).map(|(value, _)| *value);
-        let group = |first: u32| -> Option<PerLetter> {
-            let value = |axis: usize| number(first + axis as u32);
-            value(0)?;
-            let mut all = [0.0; COUNT];
-            for (axis, place) in all.iter_mut().enumerate() {
-                // As LinuxCNC itself: what the file leaves out is 0.
-                let value = value(axis).unwrap_or(0.0);
-                *place = super::in_mm(axis, value, units);
-            }
-            Some(all)
-        };
-        let whole = |at: PerLetter| Position {
-            at,
-            known: (1 << COUNT) - 1,
-        };
+        let group = |first: u32| group(&parameters, first, units);
         for (place, first) in [5161, 5181].into_iter().enumerate() {
             if let Some(at) = group(first) {
-                self.homes[place] = Some(whole(at));
+                let known = (1 << COUNT) - 1;
+                self.homes[place] = Some(Position { at, known });
             }
         }
         self.g92_stored = group(5211);
@@ -124,7 +79,7 @@ impl Setup {
                 skipped.push(place + 1);
                 continue;
             }
-            let bad = |cause: &str| {
+            let bad = |cause: String| {
                 FileError::at(
                     span.clone(),
                     cause,
@@ -132,36 +87,84 @@ impl Setup {
                     "give the TOOL_TABLE of LinuxCNC: T1 P1 Z51.2 D6 in each line",
                 )
             };
-            let (mut number, mut offset, mut diameter) = (None, [0.0; COUNT], 0.0);
-            for word in words.split_whitespace() {
-                let letter = word.as_bytes()[0].to_ascii_uppercase();
-                let value = word.get(1..).and_then(|v| v.parse::<f64>().ok());
-                let value = value.filter(|v| v.is_finite());
-                let value = value.ok_or_else(|| bad("a word without a number"))?;
-                match letter {
-                    b'T' if value >= 0.0 && value.fract() == 0.0 && value < 1e6 => {
-                        number = Some(value as u32);
-                    }
-                    b'T' => return Err(bad("a tool number that is negative or not whole")),
-                    b'D' => diameter = value,
-                    b'P' | b'I' | b'J' | b'Q' => {}
-                    _ if !axes::can_be(value) => {
-                        return Err(bad(&format!("a number beyond {:.0e}", axes::LARGEST)));
-                    }
-                    letter => {
-                        let axis = axes::index(letter);
-                        let axis =
-                            axis.ok_or_else(|| bad("a letter that tool tables do not have"))?;
-                        offset[axis] = super::in_mm(axis, value, units);
-                    }
-                }
-            }
-            let number = number.ok_or_else(|| bad("a tool without a number"))?;
+            let (number, offset, diameter) = read_tool(words, units).map_err(bad)?;
             self.tools.insert(number, offset);
             self.diameters.insert(number, diameter);
         }
         Ok(skipped)
     }
+}
+
+/// The parameters of a file, with the bytes of their lines.
+fn read_parameters(text: &str) -> Result<Parameters, FileError> {
+    let mut parameters = Parameters::new();
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let span = start..start + line.trim_end().len();
+        start += line.len();
+        let mut cells = line.split_whitespace();
+        let Some(number) = cells.next().filter(|c| !c.starts_with(['#', ';'])) else {
+            continue;
+        };
+        let value = cells.next().and_then(|value| value.parse::<f64>().ok());
+        let value = value.filter(|value| value.is_finite());
+        let Some((number, value)) = number.parse::<u32>().ok().zip(value) else {
+            return Err(FileError::at(
+                span,
+                "no parameter and its value",
+                "here",
+                "give the PARAMETER_FILE of LinuxCNC: a number and a value in each line",
+            ));
+        };
+        if COORDINATES.contains(&number) && !axes::can_be(value) {
+            return Err(FileError::at(
+                span,
+                format!("a coordinate beyond {:.0e}", axes::LARGEST),
+                "here",
+                "give the file as LinuxCNC has written it",
+            ));
+        }
+        parameters.insert(number, (value, span));
+    }
+    Ok(parameters)
+}
+
+/// The coordinates that begin at a parameter, if it is there.
+fn group(parameters: &Parameters, first: u32, units: Units) -> Option<PerLetter> {
+    let value = |axis: usize| Some(parameters.get(&(first + axis as u32))?.0);
+    value(0)?;
+    // As LinuxCNC itself: what the file leaves out is 0.
+    let in_mm = |axis| super::in_mm(axis, value(axis).unwrap_or(0.0), units);
+    Some(std::array::from_fn(in_mm))
+}
+
+/// The number of a tool, its offsets, and its diameter in the units of the table.
+fn read_tool(words: &str, units: Units) -> Result<(u32, PerLetter, f64), String> {
+    let (mut number, mut offset, mut diameter) = (None, [0.0; COUNT], 0.0);
+    for word in words.split_whitespace() {
+        let letter = word.as_bytes()[0].to_ascii_uppercase();
+        let value = word.get(1..).and_then(|v| v.parse::<f64>().ok());
+        let value = value.filter(|v| v.is_finite());
+        let value = value.ok_or("a word without a number")?;
+        match letter {
+            b'T' if value >= 0.0 && value.fract() == 0.0 && value < 1e6 => {
+                number = Some(value as u32);
+            }
+            b'T' => return Err("a tool number that is negative or not whole".to_owned()),
+            b'D' => diameter = value,
+            b'P' | b'I' | b'J' | b'Q' => {}
+            _ if !axes::can_be(value) => {
+                return Err(format!("a number beyond {:.0e}", axes::LARGEST));
+            }
+            letter => {
+                let axis = axes::index(letter);
+                let axis = axis.ok_or("a letter that tool tables do not have")?;
+                offset[axis] = super::in_mm(axis, value, units);
+            }
+        }
+    }
+    let number = number.ok_or("a tool without a number")?;
+    Ok((number, offset, diameter))
 }
 
 #[cfg(test)]

@@ -49,6 +49,32 @@ impl Field<'_> {
         if directional == 0 || !self.turns {
             return Ok(vec![whole(ways.travel)]);
         }
+        let (mut travel, reversals) = self.reversals(path, ways)?;
+        let mut stretches = vec![whole(travel)];
+        for (t, axis) in reversals {
+            travel[axis] = opposite(travel[axis]);
+            let last = stretches.len() - 1;
+            if t > stretches[last].from {
+                stretches[last].to = t;
+                stretches.push(Stretch {
+                    from: t,
+                    to: 1.0,
+                    travel,
+                });
+            } else {
+                stretches[last].travel = travel;
+            }
+        }
+        Ok(stretches)
+    }
+
+    /// The directions at the start of a path, and where which axis turns round along it.
+    fn reversals(
+        &self,
+        path: &Path,
+        ways: &mut TravelDirections,
+    ) -> Result<(Travels, Vec<(f64, usize)>), Lost> {
+        let directional = self.tables.directional;
         let mut travel = ways.travel;
         let places = self.places(path)?;
         let mut reversals: Vec<(f64, usize)> = Vec::new();
@@ -71,22 +97,7 @@ impl Field<'_> {
             }
         }
         reversals.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut stretches = vec![whole(travel)];
-        for (t, axis) in reversals {
-            travel[axis] = opposite(travel[axis]);
-            let last = stretches.len() - 1;
-            if t > stretches[last].from {
-                stretches[last].to = t;
-                stretches.push(Stretch {
-                    from: t,
-                    to: 1.0,
-                    travel,
-                });
-            } else {
-                stretches[last].travel = travel;
-            }
-        }
-        Ok(stretches)
+        Ok((travel, reversals))
     }
 
     /// Places of a path, between which no axis turns round and back by what counts.

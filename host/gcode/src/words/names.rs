@@ -1,7 +1,7 @@
 //! Words of a Sinumerik that are more than a letter and a number.
 
 use super::digits::{Number, number_at};
-use super::{Block, Word};
+use super::{Block, TRANSFORMATIONS, Word};
 use crate::axes;
 use crate::fault::{FLAT, Fault, Kind};
 use crate::modal::Distance;
@@ -72,6 +72,37 @@ const FLOW: [&str; 18] = [
     "WHILE", "ENDWHILE", "LOOP", "GOTO", "GOTOF", "GOTOB", "REPEAT",
 ];
 
+const OTHER_PATH: (&str, &str) = (
+    "a path other than G0 to G3 is not followed",
+    "post the path with G1, G2 and G3",
+);
+
+/// Names that are not followed: why, and what to post instead.
+const UNFOLLOWED: [(&[&str], (&str, &str)); 4] = [
+    (
+        &FRAMES,
+        (
+            "a frame: coordinates that are moved, turned, scaled or mirrored are not followed",
+            "post the part in G54 to G57 alone",
+        ),
+    ),
+    (
+        &["CYCLE800", "PLANE"],
+        (
+            "CYCLE800: a swivelled plane is not followed",
+            "post the part with TRAORI, or as three-axis moves for each position of the rotary axes",
+        ),
+    ),
+    (
+        &CORNERS,
+        (
+            "the control computes the path from corners, angles or poles, and that is not followed",
+            "post the path with G1, G2 and G3 and coordinates",
+        ),
+    ),
+    (&PATHS, OTHER_PATH),
+];
+
 /// A tool's name as the number by which it is known here: beyond those that programs write.
 #[must_use]
 pub(crate) fn number_of_name(name: &str) -> u32 {
@@ -114,72 +145,28 @@ impl Block {
             (false, Some(b'(')) => arguments(line, after)?,
             (false, _) => start + length,
         };
-        let span = start..end.max(start + 1);
-        let turns = [("TRAORI", 428.9), ("TRAFOOF", 429.9)];
-        let turns = turns.iter().find(|(turn, _)| *turn == name);
-        if name == "SUPA" {
-            return self.add(pseudo(b'G', 53.0, start, start + length));
+        if let Some((_, value)) = TRANSFORMATIONS.iter().find(|(turn, _)| *turn == name) {
+            return self.add(Word::meant(b'M', *value, start, end));
         }
-        if let Some((_, value)) = turns {
-            return self.add(pseudo(b'M', *value, start, end));
+        match name.as_str() {
+            "SUPA" => self.add(Word::meant(b'G', 53.0, start, start + length)),
+            name if NEUTRAL.contains(&name) || self.ends_frame(name, &line[end..]) => {
+                self.has_text = true;
+                Ok(end)
+            }
+            name => {
+                let is_label = line.get(after) == Some(&b':');
+                Err(unfollowed(name, is_label, start..end.max(start + 1)))
+            }
         }
-        let alone = line[end..]
-            .iter()
-            .take_while(|b| **b != b';')
-            .all(u8::is_ascii_whitespace);
-        let ends_frame =
-            FRAMES.contains(&name.as_str()) && alone && self.words.iter().all(|w| w.letter == b'N');
-        if NEUTRAL.contains(&name.as_str()) || ends_frame {
-            self.has_text = true;
-            return Ok(end);
-        }
-        let (cause, remedy, kind) = if FRAMES.contains(&name.as_str()) {
-            (
-                "a frame: coordinates that are moved, turned, scaled or mirrored are not followed",
-                "post the part in G54 to G57 alone",
-                Kind::Word,
-            )
-        } else if name == "CYCLE800" || name == "PLANE" {
-            (
-                "CYCLE800: a swivelled plane is not followed",
-                "post the part with TRAORI, or as three-axis moves for each position of the rotary axes",
-                Kind::Word,
-            )
-        } else if name.starts_with("CYCLE")
-            || name.starts_with("POCKET")
-            || name.starts_with("HOLES")
-        {
-            (
-                "a cycle of a Sinumerik is not read",
-                "post cycles as single moves: G0 and G1",
-                Kind::Word,
-            )
-        } else if CORNERS.contains(&name.as_str()) {
-            (
-                "the control computes the path from corners, angles or poles, and that is not followed",
-                "post the path with G1, G2 and G3 and coordinates",
-                Kind::Word,
-            )
-        } else if PATHS.contains(&name.as_str()) {
-            (
-                "a path other than G0 to G3 is not followed",
-                "post the path with G1, G2 and G3",
-                Kind::Word,
-            )
-        } else if FLOW.contains(&name.as_str()) || line.get(after) == Some(&b':') {
-            (
-                "a jump, a loop or a subprogram: the program computes",
-                FLAT,
-                Kind::Flow,
-            )
-        } else {
-            (
-                "no word of a Sinumerik that is known",
-                "check --dialect, or take it out if it moves nothing",
-                Kind::Word,
-            )
-        };
-        Err(Fault::new(span, cause, remedy).kind(kind))
+    }
+
+    /// True for the name of a frame alone in its line, whatever its number.
+    fn ends_frame(&self, name: &str, behind: &[u8]) -> bool {
+        let mut behind = behind.iter().take_while(|b| **b != b';');
+        FRAMES.contains(&name)
+            && behind.all(u8::is_ascii_whitespace)
+            && self.words.iter().all(|w| w.letter == b'N')
     }
 
     /// `X=1.5`, `T="NAME"`, `S1=3000`, `CR=10`.
@@ -192,17 +179,7 @@ impl Block {
     ) -> Result<usize, Fault> {
         let start = name.start;
         if letter == b'T' && line.get(value) == Some(&b'"') {
-            let rest = &line[value + 1..];
-            let Some(length) = rest.iter().position(|b| *b == b'"') else {
-                return Err(Fault::new(
-                    start..line.len(),
-                    "a name that does not end",
-                    "end it with \"",
-                ));
-            };
-            let name = String::from_utf8_lossy(&rest[..length]).into_owned();
-            let number = name.parse().unwrap_or_else(|_| number_of_name(&name));
-            return self.add(pseudo(b'T', f64::from(number), start, value + length + 2));
+            return self.named_tool(line, start, value);
         }
         let indexed = name.len() > 1 && letter != b'R';
         if indexed && !matches!(letter, b'S' | b'M') {
@@ -218,46 +195,65 @@ impl Block {
         let value = counts_from.map_or(value, |(_, at)| at);
         let read = number_at(line, value);
         let closes = |number: &Number| counts_from.is_none() || line.get(number.end) == Some(&b')');
-        let Some(Number {
-            value: number,
-            end,
-            decimals,
-            point,
-        }) = read.filter(closes)
-        else {
-            return Err(Fault::new(
+        let number = read.filter(closes).ok_or_else(|| {
+            Fault::new(
                 start..line.len(),
                 "a value that is no number: DC, ACP, ACN, or an expression",
                 "write numbers, absolute under G90 and incremental under G91, or in AC( ) and IC( )",
             )
-            .kind(Kind::Expression));
-        };
-        let distance = counts_from.map(|(distance, _)| distance);
+            .kind(Kind::Expression)
+        })?;
         self.add(Word {
-            letter,
-            value: number,
-            start,
-            number: value,
-            end: end + usize::from(distance.is_some()),
-            decimals,
-            point,
-            distance,
+            end: number.end + usize::from(counts_from.is_some()),
+            distance: counts_from.map(|(distance, _)| distance),
+            ..Word::with_number(letter, start, value, &number)
         })
+    }
+
+    /// `T="NAME"`, whose first quote is at `quote`.
+    fn named_tool(&mut self, line: &[u8], start: usize, quote: usize) -> Result<usize, Fault> {
+        let rest = &line[quote + 1..];
+        let Some(length) = rest.iter().position(|b| *b == b'"') else {
+            return Err(Fault::new(
+                start..line.len(),
+                "a name that does not end",
+                "end it with \"",
+            ));
+        };
+        let name = String::from_utf8_lossy(&rest[..length]).into_owned();
+        let number = name.parse().unwrap_or_else(|_| number_of_name(&name));
+        self.add(Word::meant(
+            b'T',
+            f64::from(number),
+            start,
+            quote + length + 2,
+        ))
     }
 }
 
-/// A word whose bytes are not a letter and a number.
-fn pseudo(letter: u8, value: f64, start: usize, end: usize) -> Word {
-    Word {
-        letter,
-        value,
-        start,
-        number: start,
-        end,
-        decimals: 0,
-        point: false,
-        distance: None,
-    }
+/// Why a name cannot be read.
+fn unfollowed(name: &str, is_label: bool, span: std::ops::Range<usize>) -> Fault {
+    let known = UNFOLLOWED.iter().find(|(names, _)| names.contains(&name));
+    let (cause, remedy) = if let Some((_, why)) = known {
+        *why
+    } else if ["CYCLE", "POCKET", "HOLES"]
+        .iter()
+        .any(|cycle| name.starts_with(cycle))
+    {
+        (
+            "a cycle of a Sinumerik is not read",
+            "post cycles as single moves: G0 and G1",
+        )
+    } else if FLOW.contains(&name) || is_label {
+        let cause = "a jump, a loop or a subprogram: the program computes";
+        return Fault::new(span, cause, FLAT).kind(Kind::Flow);
+    } else {
+        (
+            "no word of a Sinumerik that is known",
+            "check --dialect, or take it out if it moves nothing",
+        )
+    };
+    Fault::new(span, cause, remedy).kind(Kind::Word)
 }
 
 /// What a value counts from that stands in AC( ) or IC( ), and where its number begins.

@@ -6,6 +6,7 @@ use super::{Block, Word};
 use crate::axes;
 use crate::codes::{self, Code};
 use crate::fault::{Fault, Kind};
+use std::ops::Range;
 
 /// What a line that is not read does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,60 +60,23 @@ impl Block {
             _ => None,
         };
         let tenths = number.as_ref().and_then(|number| {
-            let word = Word {
-                letter: b'G',
-                value: number.value,
-                start,
-                number: start + 1,
-                end: number.end,
-                decimals: number.decimals,
-                point: number.point,
-                distance: None,
-            };
+            let word = Word::with_number(b'G', start, start + 1, number);
             word.tenths().map(|tenths| (word, tenths))
         });
+        let span = start..line.len();
         let command = match (name, tenths) {
             ([b'G' | b'g'], Some((word, HOME))) => {
                 self.home(line, word);
                 return Ok(true);
             }
-            ([b'G' | b'g'], Some((_, tenths))) => match tenths {
-                STORED => Command::Restores,
-                100 if has_axis(&line[start + 1..]) => return Err(shifts(start..line.len())),
-                tenths if STAY.contains(&tenths) => Command::Stays,
-                tenths if MOVE.contains(&tenths) => Command::Moves,
-                _ => return Ok(false),
-            },
-            ([b'M' | b'm'], Some((_, 820 | 830))) => return Ok(false),
-            // Pops the modes in RepRapFirmware.
-            ([b'M' | b'm'], Some((_, 1210))) => Command::Restores,
-            ([b'M' | b'm'], Some((_, 5560 | 8520))) => return Err(corrects(start..line.len())),
-            ([b'M' | b'm'], Some((_, 2060))) if has_axis(&line[start + 1..]) => {
-                return Err(shifts(start..line.len()));
-            }
-            ([b'M' | b'm'], Some((_, 4280))) => return Err(shifts(start..line.len())),
-            ([b'M' | b'm'], Some(_)) | ([b'T' | b't'], _) => Command::Stays,
-            ([] | [_], _) => return Ok(false),
-            (name, _) => match name.to_ascii_uppercase().as_slice() {
-                b"RESTORE_GCODE_STATE" => Command::Restores,
-                b"SET_SKEW" | b"SKEW_PROFILE" if !clears(rest) => {
-                    return Err(corrects(start..line.len()));
-                }
-                // RepRapFirmware's, around lines that move.
-                b"IF" | b"ELIF" | b"ELSE" | b"WHILE" => {
-                    return Err(Fault::new(
-                        start..line.len(),
-                        "a condition or a loop: the program computes",
-                        "take it out, or move it with its lines into a macro of the firmware",
-                    )
-                    .kind(Kind::Flow));
-                }
-                b"SET_KINEMATIC_POSITION" => return Err(shifts(start..line.len())),
-                b"SET_GCODE_OFFSET" if offsets_xy(rest) => {
-                    return Err(shifts(start..line.len()));
-                }
-                _ => Command::Stays,
-            },
+            ([b'G' | b'g'], Some((_, tenths))) => command_g(tenths, rest, span)?,
+            ([b'M' | b'm'], Some((_, tenths))) => command_m(tenths, rest, span)?,
+            ([b'T' | b't'], _) => Some(Command::Stays),
+            ([] | [_], _) => None,
+            (name, _) => Some(command_by_name(name, rest, span)?),
+        };
+        let Some(command) = command else {
+            return Ok(false);
         };
         if matches!(name, [b'M' | b'm'])
             && let Some((word, tenths)) = tenths
@@ -171,20 +135,56 @@ impl Block {
             match letter {
                 b';' | b'(' => break,
                 b'X'..=b'Z' if self.word(letter).is_none() => self.push(Word {
-                    letter,
-                    value: 0.0,
-                    start: at,
                     number: at + 1,
-                    end: at + 1,
-                    decimals: 0,
-                    point: false,
-                    distance: None,
+                    ..Word::meant(letter, 0.0, at, at + 1)
                 }),
                 _ => {}
             }
             at += 1;
         }
         self.end = line.len();
+    }
+}
+
+/// What a word G does in the firmware; `None`: it is read as a word.
+fn command_g(tenths: u16, rest: &[u8], span: Range<usize>) -> Result<Option<Command>, Fault> {
+    Ok(match tenths {
+        STORED => Some(Command::Restores),
+        100 if has_axis(&rest[1..]) => return Err(shifts(span)),
+        tenths if STAY.contains(&tenths) => Some(Command::Stays),
+        tenths if MOVE.contains(&tenths) => Some(Command::Moves),
+        _ => None,
+    })
+}
+
+/// What a word M does in the firmware; `None`: it is read as a word.
+fn command_m(tenths: u16, rest: &[u8], span: Range<usize>) -> Result<Option<Command>, Fault> {
+    Ok(match tenths {
+        820 | 830 => None,
+        // Pops the modes in RepRapFirmware.
+        1210 => Some(Command::Restores),
+        5560 | 8520 => return Err(corrects(span)),
+        2060 if has_axis(&rest[1..]) => return Err(shifts(span)),
+        4280 => return Err(shifts(span)),
+        _ => Some(Command::Stays),
+    })
+}
+
+/// What a macro of Klipper does, and words with which RepRapFirmware computes.
+fn command_by_name(name: &[u8], rest: &[u8], span: Range<usize>) -> Result<Command, Fault> {
+    match name.to_ascii_uppercase().as_slice() {
+        b"RESTORE_GCODE_STATE" => Ok(Command::Restores),
+        b"SET_SKEW" | b"SKEW_PROFILE" if !clears(rest) => Err(corrects(span)),
+        // Around lines that move.
+        b"IF" | b"ELIF" | b"ELSE" | b"WHILE" => Err(Fault::new(
+            span,
+            "a condition or a loop: the program computes",
+            "take it out, or move it with its lines into a macro of the firmware",
+        )
+        .kind(Kind::Flow)),
+        b"SET_KINEMATIC_POSITION" => Err(shifts(span)),
+        b"SET_GCODE_OFFSET" if offsets_xy(rest) => Err(shifts(span)),
+        _ => Ok(Command::Stays),
     }
 }
 

@@ -112,22 +112,7 @@ pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
             "nothing, if that is meant".to_owned(),
         );
     }
-    let joints = configuration.axes();
-    let of_joint = joints.iter().flat_map(|joint| {
-        NUMBERS.iter().flat_map(|key| {
-            [
-                configuration.of_joint(joint.number, key),
-                configuration.of_axis(*joint, key),
-            ]
-        })
-    });
-    let count = configuration.ini.get("KINS", "JOINTS");
-    let mut seen: Vec<*const IniEntry> = Vec::new();
-    for entry in of_joint.chain([count]).flatten() {
-        if seen.contains(&std::ptr::from_ref(entry)) {
-            continue;
-        }
-        seen.push(std::ptr::from_ref(entry));
+    for entry in numbers(configuration) {
         let IniEntry {
             section,
             key,
@@ -155,6 +140,27 @@ pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
         }
     }
     found.0
+}
+
+/// Entries that are numbers, each once.
+fn numbers(configuration: &Configuration) -> Vec<&IniEntry> {
+    let joints = configuration.axes();
+    let of_joint = joints.iter().flat_map(|joint| {
+        NUMBERS.iter().flat_map(|key| {
+            [
+                configuration.of_joint(joint.number, key),
+                configuration.of_axis(*joint, key),
+            ]
+        })
+    });
+    let count = configuration.ini.get("KINS", "JOINTS");
+    let mut found: Vec<&IniEntry> = Vec::new();
+    for entry in of_joint.chain([count]).flatten() {
+        if !found.iter().any(|known| std::ptr::eq(*known, entry)) {
+            found.push(entry);
+        }
+    }
+    found
 }
 
 struct Beforehand(Vec<Finding>);

@@ -2,6 +2,7 @@
 
 use super::{CheckState, JointAxis};
 use crate::formats::hal::HalCommand;
+use crate::formats::ini::FileLocation;
 use trueaxis::AuxiliaryKind;
 
 impl CheckState<'_> {
@@ -20,41 +21,7 @@ impl CheckState<'_> {
             ("motor-fb-out", "motor-pos-fb"),
         ];
         for (ours, theirs) in pairs {
-            let (pin, joint) = (
-                format!("trueaxis.joint.{number}.{ours}"),
-                format!("joint.{number}.{theirs}"),
-            );
-            let [from, to] = [hal.signal(&pin), hal.signal(&joint)];
-            if from.is_some() && from == to {
-                continue;
-            }
-            let place = hal.signals.get(&pin).or_else(|| hal.signals.get(&joint));
-            let place = place.map_or(&loaded, |(_, command)| &command.place).clone();
-            let motor = format!("joint.{number}.motor-pos-cmd");
-            let wrong = from.and_then(|signal| hal.pins(signal).find(|p| **p == *motor));
-            let reason = match (wrong, from) {
-                (Some(_), _) if ours == "pos-in" => format!(
-                    "{pin} comes from {motor}, which contains backlash and homing offset: tables would be read at the wrong place"
-                ),
-                (_, Some(signal)) => format!("{pin} is on the signal {signal}, not with {joint}"),
-                (_, None) => format!("{pin} is not connected to {joint}"),
-            };
-            let unlink = match (from, to) {
-                (Some(_), _) => format!("unlinkp {pin}, then "),
-                (None, Some(_)) if ours.starts_with("motor") => format!("unlinkp {joint}, then "),
-                _ => String::new(),
-            };
-            let write = match (to, ours) {
-                (Some(signal), _) if !ours.starts_with("motor") => {
-                    format!("{unlink}net {signal} => {pin}")
-                }
-                (_, "motor-fb-out") => format!("{unlink}net trueaxis-{number}-fb {pin} => {joint}"),
-                _ => format!(
-                    "{unlink}net trueaxis-{number}-{} {joint} => {pin}",
-                    theirs.trim_start_matches("motor-")
-                ),
-            };
-            self.refuse(&place, reason, write);
+            self.connection(number, ours, theirs, &loaded);
         }
         for (ours, way) in [
             ("motor-cmd-out", "to the drive of the joint"),
@@ -77,6 +44,52 @@ impl CheckState<'_> {
                 self.refuse(&place, format!("{pin} is not connected {way}"), write);
             }
         }
+        self.drives_of_joint(number);
+    }
+
+    /// A pin of the component that belongs on the signal of one of the motion controller's.
+    fn connection(&mut self, number: usize, ours: &str, theirs: &str, loaded: &FileLocation) {
+        let hal = &self.configuration.hal;
+        let (pin, joint) = (
+            format!("trueaxis.joint.{number}.{ours}"),
+            format!("joint.{number}.{theirs}"),
+        );
+        let [from, to] = [hal.signal(&pin), hal.signal(&joint)];
+        if from.is_some() && from == to {
+            return;
+        }
+        let place = hal.signals.get(&pin).or_else(|| hal.signals.get(&joint));
+        let place = place.map_or(loaded, |(_, command)| &command.place).clone();
+        let motor = format!("joint.{number}.motor-pos-cmd");
+        let wrong = from.and_then(|signal| hal.pins(signal).find(|p| **p == *motor));
+        let reason = match (wrong, from) {
+            (Some(_), _) if ours == "pos-in" => format!(
+                "{pin} comes from {motor}, which contains backlash and homing offset: tables would be read at the wrong place"
+            ),
+            (_, Some(signal)) => format!("{pin} is on the signal {signal}, not with {joint}"),
+            (_, None) => format!("{pin} is not connected to {joint}"),
+        };
+        let unlink = match (from, to) {
+            (Some(_), _) => format!("unlinkp {pin}, then "),
+            (None, Some(_)) if ours.starts_with("motor") => format!("unlinkp {joint}, then "),
+            _ => String::new(),
+        };
+        let write = match (to, ours) {
+            (Some(signal), _) if !ours.starts_with("motor") => {
+                format!("{unlink}net {signal} => {pin}")
+            }
+            (_, "motor-fb-out") => format!("{unlink}net trueaxis-{number}-fb {pin} => {joint}"),
+            _ => format!(
+                "{unlink}net trueaxis-{number}-{} {joint} => {pin}",
+                theirs.trim_start_matches("motor-")
+            ),
+        };
+        self.refuse(&place, reason, write);
+    }
+
+    /// What gets the command of the motion controller without the correction.
+    fn drives_of_joint(&mut self, number: usize) {
+        let hal = &self.configuration.hal;
         let motor = format!("joint.{number}.motor-pos-cmd");
         let Some((signal, command)) = hal.signals.get(&motor) else {
             return;

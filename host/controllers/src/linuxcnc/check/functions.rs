@@ -74,34 +74,32 @@ impl CheckState<'_> {
                 }
             }
         }
-        let around = [
-            (
-                "trueaxis.read",
-                &READS[..],
-                true,
-                "feedback of the last period: it belongs before trueaxis.read",
-            ),
-            (
-                "trueaxis.write",
-                &WRITES[..],
-                false,
-                "commands of the last period: it belongs after trueaxis.write",
-            ),
-        ];
-        for (ours, endings, before, reason) in around {
-            let Some(our) = at(ours) else { continue };
-            for (k, (function, command)) in functions.iter().enumerate() {
-                let counts = endings.iter().any(|e| function.ends_with(e));
-                if counts && !function.starts_with("trueaxis") && (k < our) != before {
-                    self.warn(
-                        &command.place.clone(),
-                        format!("{function} in {thread} deals with {reason}"),
-                        match before {
-                            true => format!("addf {function} {thread} 1"),
-                            false => format!("addf {function} {thread} -1"),
-                        },
-                    );
-                }
+        if let Some(ours) = at("trueaxis.read") {
+            let reason = "feedback of the last period: it belongs before trueaxis.read";
+            self.drives(thread, &functions[ours..], &READS, ("1", reason));
+        }
+        if let Some(ours) = at("trueaxis.write") {
+            let reason = "commands of the last period: it belongs after trueaxis.write";
+            self.drives(thread, &functions[..ours], &WRITES, ("-1", reason));
+        }
+    }
+
+    /// Functions of drives among those where they do not belong; they belong at a place of the thread.
+    fn drives(
+        &mut self,
+        thread: &str,
+        functions: &[(String, HalCommand)],
+        endings: &[&str],
+        (place, reason): (&str, &str),
+    ) {
+        for (function, command) in functions {
+            let counts = endings.iter().any(|e| function.ends_with(e));
+            if counts && !function.starts_with("trueaxis") {
+                self.warn(
+                    &command.place.clone(),
+                    format!("{function} in {thread} deals with {reason}"),
+                    format!("addf {function} {thread} {place}"),
+                );
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Checks the joints of the INI file: compensated twice, limits, headroom.
 
 use super::{CheckState, JointAxis, SLOPE};
+use crate::formats::ini::{FileLocation, IniEntry};
 use crate::linuxcnc::configuration::Configuration;
 use trueaxis::Direction;
 use trueaxis_tables::compile::REVERSAL;
@@ -60,23 +61,9 @@ impl CheckState<'_> {
         let JointAxis { number, letter } = joint;
         let kept = self.configuration.kept(letter);
         if !kept.is_empty() {
-            for (_, entry) in kept.iter().filter(|(of, _)| of.number == number) {
-                let (key, place) = (&entry.key, entry.place.clone());
-                if reverses {
-                    self.refuse(
-                        &place,
-                        format!("joint {number} is compensated twice: by {key}, which stays because the joints of {letter} differ, and by tables of {letter} for each direction of travel"),
-                        format!("nothing here: take E{letter}{letter}b out of the error file, and compile again"),
-                    );
-                } else if corrected {
-                    self.warn(
-                        &place,
-                        format!("{key} of joint {number} stays with LinuxCNC, because the joints of {letter} differ: it is right only if the errors were measured with it"),
-                        format!("nothing, if {letter} was measured with it"),
-                    );
-                }
-            }
-            return;
+            let own = kept.iter().filter(|(of, _)| of.number == number);
+            let own = own.filter(|_| reverses || corrected);
+            return own.for_each(|(_, entry)| self.kept(joint, entry, reverses));
         }
         if let Some(file) = self.configuration.of_joint(number, "COMP_FILE")
             && !file.value.is_empty()
@@ -107,6 +94,24 @@ impl CheckState<'_> {
         }
     }
 
+    /// A compensation that stays with LinuxCNC beside tables, which may have directions of travel.
+    fn kept(&mut self, JointAxis { number, letter }: JointAxis, entry: &IniEntry, reverses: bool) {
+        let (key, place) = (&entry.key, entry.place.clone());
+        if reverses {
+            self.refuse(
+                &place,
+                format!("joint {number} is compensated twice: by {key}, which stays because the joints of {letter} differ, and by tables of {letter} for each direction of travel"),
+                format!("nothing here: take E{letter}{letter}b out of the error file, and compile again"),
+            );
+        } else {
+            self.warn(
+                &place,
+                format!("{key} of joint {number} stays with LinuxCNC, because the joints of {letter} differ: it is right only if the errors were measured with it"),
+                format!("nothing, if {letter} was measured with it"),
+            );
+        }
+    }
+
     /// Travel limits, which must be inside those of the compensation by its bound.
     fn limits(&mut self, joint: JointAxis) {
         let Some((_, axis)) = self.axis(joint.letter) else {
@@ -127,19 +132,14 @@ impl CheckState<'_> {
             let place = entry
                 .map_or(self.configuration.section(&section), |e| &e.place)
                 .clone();
-            let right = (limit + inwards * bound) / unit;
-            // Rounded inwards, so that the value passes the check.
-            let step = 1e-4;
-            let right = ((right * inwards / step).ceil() * step * inwards * 1e4).round() / 1e4;
-            let write = format!("{key} = {right}");
+            let write = format!(
+                "{key} = {}",
+                inside((limit + inwards * bound) / unit, inwards)
+            );
             let limit_of = self.configuration.limit(joint, key);
             let Some((value, entry)) = limit_of else {
                 if self.configuration.is_endless(joint) {
-                    self.refuse(
-                        &place,
-                        format!("joint {} turns without end, and the compensation of {} ends at {}", joint.number, joint.letter, limit / unit),
-                        format!("range = [-180.0, 180.0] and modulo = true for {} in the machine file, and compile again", joint.letter),
-                    );
+                    self.turns_without_end(joint, &place, limit / unit);
                     return;
                 }
                 let is = match entry {
@@ -175,6 +175,16 @@ impl CheckState<'_> {
                 );
             }
         }
+    }
+
+    /// A joint that turns without end, for a compensation that does not.
+    fn turns_without_end(&mut self, joint: JointAxis, place: &FileLocation, limit: f64) {
+        let JointAxis { number, letter } = joint;
+        self.refuse(
+            place,
+            format!("joint {number} turns without end, and the compensation of {letter} ends at {limit}"),
+            format!("range = [-180.0, 180.0] and modulo = true for {letter} in the machine file, and compile again"),
+        );
     }
 
     /// Step generators, which must be faster than the joint by the rate of its correction.
@@ -252,6 +262,7 @@ impl CheckState<'_> {
         let asked = reversal.acceleration / configuration.unit(joint);
         let stepgen = configuration.of_joint(joint.number, "STEPGEN_MAXACCEL");
         let room = number("STEPGEN_MAXACCEL").map(|value| value - most);
+        let is_small = |room: f64| room < (REVERSAL + SLOPE) * most;
         let both = format!("STEPGEN_MAXACCEL = {}", shown(most * DOUBLE));
         if let (Some(entry), Some(room)) = (stepgen, room)
             && asked > room * (1.0 + 1e-6)
@@ -262,36 +273,22 @@ impl CheckState<'_> {
                 both,
             );
         } else if asked < OWN * most * (1.0 - 1e-6) {
-            let own = Reversal {
-                acceleration: OWN * most * configuration.unit(joint),
-                rate: f64::INFINITY,
-                ..reversal
-            };
-            let beside = match reversal.unit {
-                "mm" => format!(", {}", shown_beside(&own)),
-                _ => String::new(),
-            };
-            let (place, write) = match (stepgen, room) {
-                (Some(entry), Some(room)) if room < (REVERSAL + SLOPE) * most => (
-                    &entry.place,
+            let most = most * configuration.unit(joint);
+            let (entry, write) = match (stepgen, room) {
+                (Some(entry), Some(room)) if is_small(room) => (
+                    entry,
                     format!("{both}, and run trueaxis linuxcnc setup and compile again"),
                 ),
                 _ => (
-                    &entry.place,
+                    entry,
                     format!(
                         "max_acceleration = {} for {letter} in the machine file, and compile again",
-                        shown(most * configuration.unit(joint))
+                        shown(most)
                     ),
                 ),
             };
-            self.warn(
-                &place.clone(),
-                format!(
-                    "{reversal}; BACKLASH of LinuxCNC itself takes {:.0} ms{beside}",
-                    own.time() * 1e3
-                ),
-                write,
-            );
+            let place = entry.place.clone();
+            self.warn(&place, beside_own(&reversal, OWN * most), write);
         }
     }
 
@@ -323,12 +320,33 @@ impl CheckState<'_> {
     }
 }
 
+/// A reversal beside LinuxCNC's own, at this acceleration.
+fn beside_own(reversal: &Reversal, acceleration: f64) -> String {
+    let own = Reversal {
+        acceleration,
+        rate: f64::INFINITY,
+        ..*reversal
+    };
+    let beside = match reversal.unit {
+        "mm" => format!(", {}", shown_beside(&own)),
+        _ => String::new(),
+    };
+    let time = own.time() * 1e3;
+    format!("{reversal}; BACKLASH of LinuxCNC itself takes {time:.0} ms{beside}")
+}
+
 /// Distances beside the circles of [`Reversal::beside_circles`].
 fn shown_beside(reversal: &Reversal) -> String {
     let at = reversal
         .beside_circles()
         .map(|mm| format!("{:.1}", mm * 1e3));
     format!("{} µm", at.join(", "))
+}
+
+/// A limit rounded inwards (1 or -1), so that the value passes the check.
+fn inside(limit: f64, inwards: f64) -> f64 {
+    let step = 1e-4;
+    ((limit * inwards / step).ceil() * step * inwards * 1e4).round() / 1e4
 }
 
 /// A number as text.

@@ -25,29 +25,19 @@ impl CheckState<'_> {
     pub(super) fn topology(&mut self) {
         let module = self.configuration.module.clone();
         let letters = self.letters();
-        let rotary: String = letters.chars().filter(|l| "ABC".contains(*l)).collect();
-        if let Some(machine) = self.against.machine {
-            let of_machine: String = machine.axes.iter().map(|a| a.letter.char()).collect();
-            let compiled = self.against.runtime.compensation().machine();
-            if machine.name != compiled || of_machine != letters {
-                self.refuse(
-                    &module.place,
-                    format!("the compensation was made for the machine `{compiled}` with axes {letters}, the machine file describes `{}` with axes {of_machine}", machine.name),
-                    "--machine with the file from which the compensation was made".to_owned(),
-                );
-                return;
-            }
+        let rotary_of =
+            |text: &str| -> String { text.chars().filter(|l| "ABC".contains(*l)).collect() };
+        let rotary = rotary_of(&letters);
+        if !self.is_made_for_machine(&letters) {
+            return;
         }
         self.linear();
         // Other modules are refused before.
         let Some(shape) = ModuleShape::of(&module.name) else {
             return;
         };
-        let rotary_of =
-            |text: &str| -> String { text.chars().filter(|l| "ABC".contains(*l)).collect() };
         let expected = rotary_of(shape.letters);
-        let same = expected.chars().all(|l| rotary.contains(l)) && rotary.len() == expected.len();
-        if !same {
+        if rotary.len() != expected.len() || !expected.chars().all(|l| rotary.contains(l)) {
             self.refuse(
                 &module.place,
                 format!("{} is for rotary axes {expected}, the compensation has {}", module.name, if rotary.is_empty() { "none" } else { &rotary }),
@@ -59,11 +49,7 @@ impl CheckState<'_> {
             return;
         };
         let found = [Branch::Workpiece, Branch::Tool].map(|b| ModuleShape::rotary(machine, b));
-        let is = [
-            Some(shape.workpiece.to_owned()),
-            Some(shape.tool.to_owned()),
-        ];
-        if found != is {
+        if found != [shape.workpiece, shape.tool].map(|letters| Some(letters.to_owned())) {
             self.refuse(
                 &module.place,
                 format!("{} is for {}, but the machine is {}", module.name, shape.words(), machine.topology()),
@@ -75,6 +61,24 @@ impl CheckState<'_> {
         if !shape.workpiece.is_empty() {
             self.offsets(machine, shape);
         }
+    }
+
+    /// False if the machine file is of another machine than the compensation, whose axes are `letters`.
+    fn is_made_for_machine(&mut self, letters: &str) -> bool {
+        let Some(machine) = self.against.machine else {
+            return true;
+        };
+        let of_machine: String = machine.axes.iter().map(|a| a.letter.char()).collect();
+        let compiled = self.against.runtime.compensation().machine();
+        if machine.name == compiled && of_machine == letters {
+            return true;
+        }
+        self.refuse(
+            &self.configuration.module.place.clone(),
+            format!("the compensation was made for the machine `{compiled}` with axes {letters}, the machine file describes `{}` with axes {of_machine}", machine.name),
+            "--machine with the file from which the compensation was made".to_owned(),
+        );
+        false
     }
 
     /// Linear axes whose positive command moves the tool the negative way: LinuxCNC counts what the tool does.

@@ -82,26 +82,27 @@ impl Corrector<'_> {
             false => self.progress() + 1.0,
         };
         self.note(Role::Until(until));
-        // What the controller makes of it is the hole that was meant.
-        let last = self.options.resolutions();
-        let near = |axis: usize, a: f64, b: f64| (a - b).abs() <= 2.0 * last[axis];
-        let [i, j, n] = cycle.axes;
-        let by = hole.bottom.to[n] - hole.bottom.q[n];
-        let is_it = |written: &Cycle| {
-            [i, j]
-                .iter()
-                .all(|axis| near(*axis, written.first[*axis], hole.bottom.to[*axis]))
-                && near(n, written.bottom, hole.bottom.to[n])
-                && near(n, written.r, cycle.r + by)
-        };
         match &step.motion {
-            Some(Move::Cycle(written)) if is_it(written) => Ok(()),
+            Some(Move::Cycle(written)) if self.is_meant(written, cycle, hole) => Ok(()),
             _ => Err(Fault::new(
                 0..given.block.end,
                 "what would be written is wrong",
                 "this is a mistake of trueaxis: please report the line",
             )),
         }
+    }
+
+    /// True if what the controller makes of a line is the hole that was meant.
+    fn is_meant(&self, written: &Cycle, cycle: &Cycle, hole: &Hole) -> bool {
+        let last = self.options.resolutions();
+        let near = |axis: usize, a: f64, b: f64| (a - b).abs() <= 2.0 * last[axis];
+        let [i, j, n] = cycle.axes;
+        let by = hole.bottom.to[n] - hole.bottom.q[n];
+        [i, j]
+            .iter()
+            .all(|axis| near(*axis, written.first[*axis], hole.bottom.to[*axis]))
+            && near(n, written.bottom, hole.bottom.to[n])
+            && near(n, written.r, cycle.r + by)
     }
 
     /// Rotary axes and others outside the plane go to the hole in a line before; true if there is one.

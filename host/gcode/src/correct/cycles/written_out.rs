@@ -6,7 +6,6 @@ use crate::correct::piece::{Piece, Shape, Timing};
 use crate::correct::write::Change;
 use crate::cycle::{Cycle, Part};
 use crate::fault::Fault;
-use crate::line_map::Role;
 use crate::modal::{Motion, Spindle};
 use crate::moves::Rate;
 use crate::number;
@@ -28,40 +27,18 @@ impl Corrector<'_> {
         let mut done = 0.0;
         for part in parts {
             let (rate, to) = match part {
-                Part::Dwell(p) => {
-                    let mut wait = b"G4 P".to_vec();
-                    number::write(&mut wait, p.value, 6, 0, p.point);
-                    self.write_between(&given, &wait, out)?;
-                    continue;
-                }
-                Part::SpindleStops => {
-                    self.write_between(&given, Spindle::Stands.word().as_bytes(), out)?;
-                    continue;
-                }
-                Part::SpindleTurns => {
-                    // Known, or the cycle was refused.
-                    if let Some(spindle) = self.nominal.spindle {
-                        self.write_between(&given, spindle.word().as_bytes(), out)?;
+                Part::Rapid(to) => (Rate::Rapid, *to),
+                Part::Feed(to) => (cycle.rate, *to),
+                other => {
+                    if let Some(words) = self.words_apart(other) {
+                        self.write_apart(&given, &words, out)?;
                     }
                     continue;
                 }
-                Part::Rapid(to) => (Rate::Rapid, *to),
-                Part::Feed(to) => (cycle.rate, *to),
             };
             let path = Path::Line(at, to);
             let timing = self.timing(rate, &path);
-            let pieces = match rate {
-                Rate::Rapid => {
-                    self.stretches(&path, moving)?;
-                    vec![Piece::whole(Shape::Rapid, self.end(&to, 0, false, moving)?)]
-                }
-                _ => {
-                    self.trace(&path, moving)?;
-                    let (field, limits) = (self.field(), self.limits());
-                    let pieces = self.runs(&field, &path, &limits);
-                    pieces.map_err(|lost| moving.lost(lost))?
-                }
-            };
+            let pieces = self.pieces_of_move(&path, rate, moving)?;
             self.joined = true;
             for piece in pieces {
                 let piece = Piece {
@@ -84,23 +61,37 @@ impl Corrector<'_> {
         Ok(())
     }
 
-    /// A line between two moves.
-    fn write_between(
-        &mut self,
-        given: &Given<'_>,
-        words: &[u8],
-        out: &mut Vec<u8>,
-    ) -> Result<(), Fault> {
-        let mut text = Vec::new();
-        if given.block.deleted {
-            text.push(b'/');
+    /// What stands between two moves.
+    fn words_apart(&self, part: &Part) -> Option<Vec<u8>> {
+        match part {
+            Part::Dwell(p) => {
+                let mut wait = b"G4 P".to_vec();
+                number::write(&mut wait, p.value, 6, 0, p.point);
+                Some(wait)
+            }
+            Part::SpindleStops => Some(Spindle::Stands.word().into()),
+            // Known, or the cycle was refused.
+            Part::SpindleTurns => Some(self.nominal.spindle?.word().into()),
+            Part::Rapid(_) | Part::Feed(_) => None,
         }
-        text.extend_from_slice(words);
-        self.follow(&text, None)?;
-        out.extend_from_slice(&text);
-        out.extend_from_slice(given.eol);
-        self.note(Role::Plain);
-        Ok(())
+    }
+
+    /// A move of the cycle corrected: a rapid as a whole, a feed along its path.
+    fn pieces_of_move(
+        &mut self,
+        path: &Path,
+        rate: Rate,
+        moving: &Moving,
+    ) -> Result<Vec<Piece>, Fault> {
+        if rate == Rate::Rapid {
+            self.stretches(path, moving)?;
+            let end = self.end(&path.at(1.0), 0, false, moving)?;
+            return Ok(vec![Piece::whole(Shape::Rapid, end)]);
+        }
+        self.trace(path, moving)?;
+        let (field, limits) = (self.field(), self.limits());
+        let pieces = self.runs(&field, path, &limits);
+        pieces.map_err(|lost| moving.lost(lost))
     }
 
     /// A move of the cycle, in the line of the program or behind it.

@@ -1,5 +1,6 @@
 //! Lines inserted where a motion is split.
 
+use super::wording::{Wording, write_word};
 use crate::axes;
 use crate::correct::Corrector;
 use crate::correct::given::Given;
@@ -27,40 +28,28 @@ impl Corrector<'_> {
         let point = self.point();
         let mut text = std::mem::take(&mut self.text);
         text.clear();
-        if given.block.deleted {
-            text.push(b'/');
-        }
-        self.sub_number(given.block, &mut text);
-        if wording.machine {
-            text.extend_from_slice(b"G53 ");
-        }
-        if let Some(motion) = wording.motion
-            && (self.written.motion != Some(motion) || self.rules.dialect.table().printer)
-        {
-            text.extend_from_slice(motion.word().as_bytes());
+        self.begin_inserted(given.block, &wording, &mut text);
+        let mut add = |letter: u8, value: f64, decimals: usize, point: bool| {
+            write_word(&mut text, letter, value, decimals, point);
             text.push(b' ');
-        }
+        };
         for axis in bits(words.written) {
             let decimals = usize::from(words.decimals[axis]);
-            text.push(axes::LETTERS[axis]);
-            number::write(&mut text, words.value[axis], decimals, 0, point);
-            text.push(b' ');
+            add(axes::LETTERS[axis], words.value[axis], decimals, point);
         }
         for (letter, value) in wording.centre.iter().flatten() {
-            let decimals = self.options.decimals(0, self.units());
-            text.push(*letter);
-            number::write(&mut text, *value, decimals, 0, point);
-            text.push(b' ');
+            add(
+                *letter,
+                *value,
+                self.options.decimals(0, self.units()),
+                point,
+            );
         }
         if wording.turns > 1 {
-            text.push(b'P');
-            number::write(&mut text, f64::from(wording.turns), 0, 0, false);
-            text.push(b' ');
+            add(b'P', f64::from(wording.turns), 0, false);
         }
         if let Some((value, decimals)) = extruded {
-            text.push(b'E');
-            number::write(&mut text, value, decimals, 0, point);
-            text.push(b' ');
+            add(b'E', value, decimals, point);
         }
         if let Some(feed) = self.feed_word(&wording) {
             self.needs_feed_point(given.block)?;
@@ -80,8 +69,25 @@ impl Corrector<'_> {
         done.map(|_| ())
     }
 
+    /// What stands before the words of axes of an inserted line.
+    fn begin_inserted(&self, block: &Block, wording: &Wording, text: &mut Vec<u8>) {
+        if block.deleted {
+            text.push(b'/');
+        }
+        self.sub_number(block, text);
+        if wording.machine {
+            text.extend_from_slice(b"G53 ");
+        }
+        if let Some(motion) = wording.motion
+            && (self.written.motion != Some(motion) || self.rules.dialect.table().printer)
+        {
+            text.extend_from_slice(motion.word().as_bytes());
+            text.push(b' ');
+        }
+    }
+
     /// The number of an inserted line, if it gets one.
-    fn sub_number(&mut self, block: &Block, text: &mut Vec<u8>) {
+    fn sub_number(&self, block: &Block, text: &mut Vec<u8>) {
         let Some(word) = block.word(b'N').filter(|_| self.options.sub_numbers) else {
             return;
         };

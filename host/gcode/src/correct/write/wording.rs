@@ -32,12 +32,27 @@ pub(super) struct Words {
     pub moves: bool,
 }
 
-impl Words {
-    fn says(&mut self, axis: usize, value: f64, decimals: usize) {
-        self.written |= 1 << axis;
-        self.value[axis] = value;
-        self.decimals[axis] = decimals as u8;
-    }
+/// From where to where a line leads, in coordinates of the program, or of the machine.
+struct Destination {
+    here: PerLetter,
+    target: PerLetter,
+    /// Axes (bits) that are named, whatever they are.
+    wanted: u16,
+    machine: bool,
+}
+
+/// What a line says of an axis.
+enum AxisWord {
+    None,
+    /// The word that the line has goes.
+    Goes,
+    Says {
+        value: f64,
+        decimals: usize,
+        /// Where the rounded word leads.
+        leads: f64,
+        moves: bool,
+    },
 }
 
 /// All that a line with a piece has to say.
@@ -73,7 +88,17 @@ impl Corrector<'_> {
         wanted: Option<u16>,
     ) -> Result<Wording, Fault> {
         let machine = is_machine(block, self.rules.dialect);
-        let words = self.words(block, &piece.to, wanted.unwrap_or_default(), machine)?;
+        let coordinates = |at: &PerLetter| match machine {
+            true => *at,
+            false => self.written.offsets.program(at),
+        };
+        let destination = Destination {
+            here: coordinates(&self.written.position.at),
+            target: coordinates(&piece.to),
+            wanted: wanted.unwrap_or_default(),
+            machine,
+        };
+        let words = self.words(block, &destination)?;
         Ok(Wording {
             feed: self.feed(piece, timing, &words.to),
             inverse: matches!(timing.rate, Rate::Inverse(_)),
@@ -142,94 +167,119 @@ impl Corrector<'_> {
     }
 
     /// The words that lead to a position.
-    fn words(
-        &mut self,
-        block: &Block,
-        to: &PerLetter,
-        wanted: u16,
-        machine: bool,
-    ) -> Result<Words, Fault> {
-        let unit = self.unit();
-        let at = self.written.position;
-        let (target, here) = if machine {
-            (*to, at.at)
-        } else {
-            (
-                self.written.offsets.program(to),
-                self.written.offsets.program(&at.at),
-            )
-        };
+    fn words(&mut self, block: &Block, destination: &Destination) -> Result<Words, Fault> {
         let mut words = Words {
             written: 0,
             value: [0.0; COUNT],
             decimals: [0; COUNT],
             left_out: 0,
-            to: at.at,
+            to: self.written.position.at,
             moves: false,
         };
-        let mut program = here;
-        let (units, is_turned) = (self.units(), self.written.offsets.is_turned());
+        let mut program = destination.here;
         for axis in bits(self.tables.axes) {
-            let unit = if is_rotary(axis) { 1.0 } else { unit };
-            let decimals = self.decimals(block, axis);
-            let in_units = |value: f64| if unit == 1.0 { value } else { value / unit };
-            let by = in_units(target[axis] - here[axis]);
-            // A word that is replaced keeps what it counts from.
-            let word = block.word(axes::LETTERS[axis]);
-            let replaced = word.filter(|_| wanted & (1 << axis) != 0);
-            let relative =
-                !machine && self.nominal.distance_of(replaced) == Some(Distance::Incremental);
-            let value = if relative { by } else { in_units(target[axis]) };
-            let rounded = number::rounded(value, decimals);
-            let finest = number::finest(decimals);
-            let known = at.knows(axis);
-            // An axis that the motion does not name appears only where its correction changes by more than the last digit.
-            if wanted & (1 << axis) == 0 && known {
-                let last = match is_turned {
-                    true => finest,
-                    false => number::last_digit(self.options.decimals(axis, units)),
-                };
-                if by.abs() <= last {
-                    continue;
+            match self.word_of_axis(block, axis, destination)? {
+                AxisWord::None => {}
+                AxisWord::Goes => words.left_out |= 1 << axis,
+                AxisWord::Says {
+                    value,
+                    decimals,
+                    leads,
+                    moves,
+                } => {
+                    words.written |= 1 << axis;
+                    words.value[axis] = value;
+                    words.decimals[axis] = decimals as u8;
+                    words.moves |= moves;
+                    program[axis] = leads;
                 }
             }
-            if axis == 2 && !machine && self.written.offset_in_doubt {
-                return Err(offset_in_doubt(span_of(block)));
-            }
-            if !relative && !machine && known && self.rules.setup.wrapped[axis] == Some(true) {
-                if by.abs() < finest {
-                    // A word that moves nothing could mean a whole turn.
-                    words.left_out |= 1 << axis;
-                    continue;
-                }
-                let dialect = self.rules.dialect;
-                let word = word_of_wrapped(dialect, here[axis], target[axis], decimals);
-                let (word, leads) = word.ok_or_else(|| no_word_of_wrapped(block, axis))?;
-                words.says(axis, word, decimals);
-                program[axis] = leads;
-                words.moves = true;
-                continue;
-            }
-            words.says(axis, rounded, decimals);
-            program[axis] = if relative {
-                here[axis] + rounded * unit
-            } else {
-                rounded * unit
-            };
-            words.moves |= !known || by.abs() >= finest;
         }
-        words.to = if machine {
-            program
-        } else if self.written.offsets.is_turned() {
-            self.written.offsets.machine(&program)
+        let offsets = &self.written.offsets;
+        if destination.machine {
+            words.to = program;
+        } else if offsets.is_turned() {
+            words.to = offsets.machine(&program);
         } else {
-            let mut to = at.at;
             for axis in bits(words.written) {
-                to[axis] = self.written.offsets.machine_axis(axis, program[axis]);
+                words.to[axis] = offsets.machine_axis(axis, program[axis]);
             }
-            to
-        };
+        }
         Ok(words)
+    }
+
+    /// The word of an axis that leads to a position.
+    fn word_of_axis(
+        &mut self,
+        block: &Block,
+        axis: usize,
+        destination: &Destination,
+    ) -> Result<AxisWord, Fault> {
+        let unit = if is_rotary(axis) { 1.0 } else { self.unit() };
+        let (here, target) = (destination.here[axis], destination.target[axis]);
+        let decimals = self.decimals(block, axis);
+        let in_units = |value: f64| if unit == 1.0 { value } else { value / unit };
+        let by = in_units(target - here);
+        let is_wanted = destination.wanted & (1 << axis) != 0;
+        // A word that is replaced keeps what it counts from.
+        let replaced = block.word(axes::LETTERS[axis]).filter(|_| is_wanted);
+        let relative = !destination.machine
+            && self.nominal.distance_of(replaced) == Some(Distance::Incremental);
+        let finest = number::finest(decimals);
+        let known = self.written.position.knows(axis);
+        // An axis that the motion does not name appears only where its correction changes by more than the last digit.
+        if !is_wanted && known {
+            let last = match self.written.offsets.is_turned() {
+                true => finest,
+                false => number::last_digit(self.options.decimals(axis, self.units())),
+            };
+            if by.abs() <= last {
+                return Ok(AxisWord::None);
+            }
+        }
+        if axis == 2 && !destination.machine && self.written.offset_in_doubt {
+            return Err(offset_in_doubt(span_of(block)));
+        }
+        if !relative
+            && !destination.machine
+            && known
+            && self.rules.setup.wrapped[axis] == Some(true)
+        {
+            return match by.abs() < finest {
+                // A word that moves nothing could mean a whole turn.
+                true => Ok(AxisWord::Goes),
+                false => self.wrapped_word(block, axis, [here, target], decimals),
+            };
+        }
+        let value = number::rounded(if relative { by } else { in_units(target) }, decimals);
+        Ok(AxisWord::Says {
+            value,
+            decimals,
+            leads: if relative {
+                here + value * unit
+            } else {
+                value * unit
+            },
+            moves: !known || by.abs() >= finest,
+        })
+    }
+
+    /// The word of an axis whose words are angles within a turn.
+    fn wrapped_word(
+        &self,
+        block: &Block,
+        axis: usize,
+        [here, target]: [f64; 2],
+        decimals: usize,
+    ) -> Result<AxisWord, Fault> {
+        let word = word_of_wrapped(self.rules.dialect, here, target, decimals);
+        let (value, leads) = word.ok_or_else(|| no_word_of_wrapped(block, axis))?;
+        Ok(AxisWord::Says {
+            value,
+            decimals,
+            leads,
+            moves: true,
+        })
     }
 
     fn motion_word(&self, piece: &Piece) -> Option<Motion> {
@@ -279,6 +329,12 @@ fn no_word_of_wrapped(block: &Block, axis: usize) -> Fault {
         ),
         "write the move as two, each of less than half a turn",
     )
+}
+
+/// A letter and its number.
+pub(super) fn write_word(to: &mut Vec<u8>, letter: u8, value: f64, decimals: usize, point: bool) {
+    to.push(letter);
+    number::write(to, value, decimals, 0, point);
 }
 
 /// Gives a word another number, if it is another.
