@@ -95,58 +95,40 @@ pub fn belongs(
     runtime: &Runtime<'_>,
 ) -> Result<(), Mismatch> {
     let compensation = runtime.compensation();
-    let differ = |what: &str, blob: String, machine: String| {
-        if blob == machine {
-            return Ok(());
-        }
-        let show = |s: String| {
-            if s.is_empty() {
-                format!("no {what}")
-            } else {
-                format!("{what} {s}")
-            }
-        };
-        Err(Mismatch {
-            blob: show(blob),
-            machine: show(machine),
-        })
-    };
-    differ(
-        "the machine",
-        format!("`{}`", compensation.machine()),
-        format!("`{}`", machine.name),
-    )?;
-    let axes: String = compensation
-        .axes()
-        .iter()
-        .map(|a| char::from(a.name))
-        .collect();
-    differ(
-        "the axes",
-        axes,
-        machine.axes.iter().map(|a| a.letter.char()).collect(),
-    )?;
-    let auxiliaries: Vec<String> = compensation
-        .auxiliaries()
-        .iter()
+    let [blob, own] = [compensation.machine(), &machine.name].map(|name| format!("`{name}`"));
+    agree("the machine", blob, own)?;
+    let axes = compensation.axes().iter().map(|a| char::from(a.name));
+    let own = machine.axes.iter().map(|a| a.letter.char());
+    agree("the axes", axes.collect(), own.collect())?;
+    let length = || "the tool length".to_owned();
+    let auxiliaries: Vec<String> = (compensation.auxiliaries().iter())
         .map(|a| match a.kind {
-            AuxiliaryKind::ToolLength => "the tool length".to_owned(),
+            AuxiliaryKind::ToolLength => length(),
             AuxiliaryKind::Temperature => {
                 format!("sensor `{}`", temperature_name(&a.name, a.sensor.lag_rate))
             }
         })
         .collect();
-    let length = machine.length_range.map(|_| "the tool length".to_owned());
-    let sensors = errors
-        .sensors
-        .iter()
-        .map(|s| format!("sensor `{}`", s.name()));
-    let wanted: Vec<String> = length.into_iter().chain(sensors).collect();
-    differ(
-        "auxiliary inputs",
-        auxiliaries.join(", "),
-        wanted.join(", "),
-    )
+    let sensors = errors.sensors.iter();
+    let sensors = sensors.map(|sensor| format!("sensor `{}`", sensor.name()));
+    let own = machine.length_range.map(|_| length()).into_iter();
+    let own: Vec<String> = own.chain(sensors).collect();
+    agree("auxiliary inputs", auxiliaries.join(", "), own.join(", "))
+}
+
+/// An error if a blob and a machine differ in `what`.
+fn agree(what: &str, blob: String, machine: String) -> Result<(), Mismatch> {
+    let show = |value: &str| match value.is_empty() {
+        true => format!("no {what}"),
+        false => format!("{what} {value}"),
+    };
+    match blob == machine {
+        true => Ok(()),
+        false => Err(Mismatch {
+            blob: show(&blob),
+            machine: show(&machine),
+        }),
+    }
 }
 
 /// The seed with which [`prove`] draws positions in the whole travel.

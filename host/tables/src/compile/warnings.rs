@@ -240,17 +240,17 @@ pub(crate) fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warn
 /// Where the volumetric error is larger after than before by more than the tolerance (µm) can explain.
 #[must_use]
 pub fn worse(verification: &Proof, tolerance: f64) -> Vec<Warning> {
-    let mut parts: Vec<(&Verification, &str)> = match (&verification.inside, &verification.outside)
-    {
-        (Some(inside), outside) if verification.partly_calibrated => {
-            let outside = outside
-                .iter()
-                .map(|found| (found, ", where an error motion keeps its end value"));
-            let inside = (inside, ", inside the ranges of the error motions");
-            std::iter::once(inside).chain(outside).collect()
-        }
-        _ => vec![(&verification.travel, "")],
-    };
+    let mut parts: Vec<(&Verification, &'static str)> =
+        match (&verification.inside, &verification.outside) {
+            (Some(inside), outside) if verification.partly_calibrated => {
+                let outside = outside
+                    .iter()
+                    .map(|found| (found, ", where an error motion keeps its end value"));
+                let inside = (inside, ", inside the ranges of the error motions");
+                std::iter::once(inside).chain(outside).collect()
+            }
+            _ => vec![(&verification.travel, "")],
+        };
     let held = verification.held.iter();
     parts.extend(held.map(|held| {
         (
@@ -258,48 +258,53 @@ pub fn worse(verification: &Proof, tolerance: f64) -> Vec<Warning> {
             ", where the rotary axes are for which the tables are made",
         )
     }));
-    let mut warnings = Vec::new();
-    for (found, place) in parts {
-        let urad = tolerance_urad(found.policy, tolerance);
-        let [before, after] = [&found.before, &found.after];
-        let [from, to] = [&before.translation_um, &after.translation_um];
-        let [turned_from, turned_to] = [&before.direction_urad, &after.direction_urad];
-        for (what, before, after, unit, slack) in [
-            ("the mean translation", from.mean, to.mean, "µm", tolerance),
-            ("the largest translation", from.max, to.max, "µm", tolerance),
-            (
-                "the mean tool direction",
-                turned_from.mean,
-                turned_to.mean,
-                "µrad",
-                urad,
-            ),
-            (
-                "the largest tool direction",
-                turned_from.max,
-                turned_to.max,
-                "µrad",
-                urad,
-            ),
-        ] {
-            if after > before + slack {
-                warnings.push(Warning::Worse {
-                    what,
-                    before,
-                    after,
-                    unit,
-                    place,
-                });
-            }
-        }
-        if let Policy::Direction { .. } = found.policy
-            && found.direction_worse > 0
-        {
-            warnings.push(Warning::Turned {
-                count: found.direction_worse,
-                positions: found.positions,
-            });
-        }
-    }
-    warnings
+    let of_part = |(found, place): (&Verification, &'static str)| {
+        let turned = matches!(found.policy, Policy::Direction { .. }) && found.direction_worse > 0;
+        let turned = turned.then_some(Warning::Turned {
+            count: found.direction_worse,
+            positions: found.positions,
+        });
+        let larger = larger_figures(found, tolerance).into_iter();
+        let larger = larger.map(move |(what, before, after, unit)| Warning::Worse {
+            what,
+            before,
+            after,
+            unit,
+            place,
+        });
+        larger.chain(turned).collect::<Vec<_>>()
+    };
+    parts.into_iter().flat_map(of_part).collect()
+}
+
+/// The figures that are larger after than before by more than the tolerance (µm) allows: name, both values and unit.
+fn larger_figures(
+    found: &Verification,
+    tolerance: f64,
+) -> Vec<(&'static str, f64, f64, &'static str)> {
+    let [before, after] = [&found.before, &found.after];
+    let [from, to] = [&before.translation_um, &after.translation_um];
+    let [turned_from, turned_to] = [&before.direction_urad, &after.direction_urad];
+    let mut figures = vec![
+        ("the mean translation", from.mean, to.mean, "µm"),
+        ("the largest translation", from.max, to.max, "µm"),
+        (
+            "the mean tool direction",
+            turned_from.mean,
+            turned_to.mean,
+            "µrad",
+        ),
+        (
+            "the largest tool direction",
+            turned_from.max,
+            turned_to.max,
+            "µrad",
+        ),
+    ];
+    let urad = tolerance_urad(found.policy, tolerance);
+    figures.retain(|(_, before, after, unit)| {
+        let slack = if *unit == "µm" { tolerance } else { urad };
+        *after > before + slack
+    });
+    figures
 }

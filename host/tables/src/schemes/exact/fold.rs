@@ -265,14 +265,14 @@ struct Part {
 }
 
 /// The functions of one variable that terms have, the constant first, and how well each approximates each other one.
-struct Parts<'a> {
+struct KnownFunctions<'a> {
     basis: &'a Basis,
     parts: Vec<Part>,
     /// The factor and the residual, by the number of the approximating function and that of the other one.
     nearest: Vec<Vec<(f64, f64)>>,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> KnownFunctions<'a> {
     fn new(basis: &'a Basis) -> Self {
         let mut constant = Self {
             basis,
@@ -317,7 +317,7 @@ struct Separated {
     weight: f64,
     /// The largest possible contribution.
     peak: f64,
-    /// Numbers of [`Parts`], one for each variable.
+    /// Numbers of [`KnownFunctions`], one for each variable.
     parts: Vec<usize>,
 }
 
@@ -336,7 +336,7 @@ struct Pair {
 struct Sums<'a> {
     variables: &'a [Variable],
     /// One for each variable.
-    parts: Vec<Parts<'a>>,
+    parts: Vec<KnownFunctions<'a>>,
     /// Terms by number; `None` if the bases do not contain all functions of one.
     products: Vec<Option<Separated>>,
     /// The numbers of the remaining terms, in their order.
@@ -360,7 +360,7 @@ impl Structure {
     }
 
     /// `None` if the bases do not contain all functions of the term.
-    fn product(&self, term: &Term, parts: &mut [Parts<'_>]) -> Option<Separated> {
+    fn product(&self, term: &Term, parts: &mut [KnownFunctions<'_>]) -> Option<Separated> {
         let bases: Vec<&Basis> = parts.iter().map(|parts| parts.basis).collect();
         let mut numbers = vec![0; parts.len()];
         let mut generators: BTreeMap<usize, Vec<Generator>> = BTreeMap::new();
@@ -404,7 +404,7 @@ impl<'a> Sums<'a> {
     ) -> Self {
         let mut sums = Self {
             variables,
-            parts: bases.iter().map(Parts::new).collect(),
+            parts: bases.iter().map(KnownFunctions::new).collect(),
             products: Vec::new(),
             numbers: (0..structure.terms.len()).collect(),
             pairs: Vec::new(),
@@ -520,7 +520,7 @@ impl<'a> Sums<'a> {
     /// The sum of two terms, and its table if it does not exist yet.
     fn sum(&self, structure: &Structure, pair: &Pair) -> Option<(Term, Option<Merged>)> {
         let v = pair.variable;
-        let Parts { basis, parts, .. } = &self.parts[v];
+        let KnownFunctions { basis, parts, .. } = &self.parts[v];
         let term = &structure.terms[self.place(pair.one)];
         let one = self.products[pair.one].as_ref()?;
         let other = self.products[pair.other].as_ref()?;
