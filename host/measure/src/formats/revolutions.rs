@@ -44,6 +44,36 @@ enum RevolutionColumn {
 pub fn read(text: &str) -> Result<Turns, FileError> {
     let (heading, end): (RevolutionHeading, usize) = csv::heading(text, HEADING)?;
     let table = CsvTable::open(text, end, COLUMNS, VALUES)?;
+    let (sensors, turns) = rows(table)?;
+    let angles = common_angles(&turns)?;
+    let turns = Turns {
+        apart: apart(heading.sensors_apart_mm.as_ref())?,
+        sensors,
+        angles: (angles.iter())
+            .map(|steps| (*steps as f64 * SAME).to_radians())
+            .collect(),
+        readings: (turns.into_values())
+            .map(|turn| turn.into_values().collect())
+            .collect(),
+    };
+    let [right, wrong] = turns.senses();
+    if turns.sensors[..2] == [true; 2] && wrong > OFF.max(CLEARLY * right) {
+        return Err(FileError::whole(
+            format!(
+                "the artefact is {:.1} µm off centre and goes round from Y to X, but angles count from X to Y",
+                wrong * 1e3
+            ),
+            "write angle_deg with the other sign, or turn the sign of x1_um or y1_um if that sensor reads the other way",
+        ));
+    }
+    Ok(turns)
+}
+
+/// The readings (mm) of each turn by its number and the angle, in steps of [`SAME`].
+type ByTurn = BTreeMap<i64, BTreeMap<i64, [f64; 5]>>;
+
+/// Which sensors there are, and what they read.
+fn rows(table: CsvTable<'_>) -> Result<([bool; 5], ByTurn), FileError> {
     let columns = table.columns(0, |name| match name {
         "turn" => Some(RevolutionColumn::Turn),
         "angle_deg" => Some(RevolutionColumn::Angle),
@@ -56,7 +86,7 @@ pub fn read(text: &str) -> Result<Turns, FileError> {
     if sensors == [None; 5] {
         return Err(table.wrong_header("there is no column with readings of a sensor"));
     }
-    let mut turns: BTreeMap<i64, BTreeMap<i64, [f64; 5]>> = BTreeMap::new();
+    let mut turns = ByTurn::new();
     for row in table {
         let row = row?;
         let number = row.number(turn)?;
@@ -79,6 +109,11 @@ pub fn read(text: &str) -> Result<Turns, FileError> {
             return Err(row.error(angle, message, "the second time", remedy));
         }
     }
+    Ok((sensors.map(|column| column.is_some()), turns))
+}
+
+/// The angles of every turn.
+fn common_angles(turns: &ByTurn) -> Result<BTreeSet<i64>, FileError> {
     let all: BTreeSet<i64> = turns
         .values()
         .flat_map(|turn| turn.keys().copied())
@@ -93,7 +128,7 @@ pub fn read(text: &str) -> Result<Turns, FileError> {
             format!("read at the same angles, {FEWEST} or more, in two or more turns"),
         ));
     }
-    for (number, turn) in &turns {
+    for (number, turn) in turns {
         if let Some(lacks) = all.iter().find(|steps| !turn.contains_key(steps)) {
             return Err(FileError::whole(
                 format!(
@@ -104,28 +139,7 @@ pub fn read(text: &str) -> Result<Turns, FileError> {
             ));
         }
     }
-    let turns = Turns {
-        apart: apart(heading.sensors_apart_mm.as_ref())?,
-        sensors: sensors.map(|column| column.is_some()),
-        angles: all
-            .iter()
-            .map(|steps| (*steps as f64 * SAME).to_radians())
-            .collect(),
-        readings: (turns.into_values())
-            .map(|turn| turn.into_values().collect())
-            .collect(),
-    };
-    let [right, wrong] = turns.senses();
-    if turns.sensors[..2] == [true; 2] && wrong > OFF.max(CLEARLY * right) {
-        return Err(FileError::whole(
-            format!(
-                "the artefact is {:.1} µm off centre and goes round from Y to X, but angles count from X to Y",
-                wrong * 1e3
-            ),
-            "write angle_deg with the other sign, or turn the sign of x1_um or y1_um if that sensor reads the other way",
-        ));
-    }
-    Ok(turns)
+    Ok(all)
 }
 
 #[cfg(test)]
