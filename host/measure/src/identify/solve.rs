@@ -2,10 +2,10 @@
 
 use super::descent::{STILL, descend, setup_alone};
 use super::estimate::Estimate;
-use super::factor::ScaledFactor;
+use super::factor::{Alone, ScaledFactor};
 use super::identified::{Estimated, FoundChange, Identified, Solution};
 use super::noise::Noise;
-use super::rows::{LARGEST_LENGTH, Problem};
+use super::rows::{EquationWeights, LARGEST_LENGTH, Problem};
 use super::structure::Identifiability;
 use super::unidentifiable::GivenUp;
 use super::{
@@ -96,91 +96,167 @@ fn refused(problem: &Problem<'_>, outliers: &[Outlier]) -> Option<IdentifyError>
 }
 
 fn solve(problem: &Problem<'_>, options: IdentifyOptions) -> Result<Identified, IdentifyError> {
-    let unknowns = &problem.unknowns;
-    let is_parameter = |i: &usize| unknowns[*i].parameter().is_some();
     problem.can_be_solved()?;
-    let has_parameters = (0..unknowns.len()).any(|i| is_parameter(&i));
-    let alone = problem.alone();
-    let mut noise = Noise::new(problem);
+    let noise = Noise::new(problem);
     bars::have_directions(problem, &problem.start())?;
-    let mut estimate = setup_alone(problem, &noise.weights(f64::INFINITY))?;
+    let estimate = setup_alone(problem, &noise.weights(f64::INFINITY))?;
     units::are_mm(problem, &estimate)?;
     mistakes::refuse(problem)?;
     misread::refuse(problem)?;
     let Identifiability { kept, given_up } = Identifiability::of(problem, options.least)?;
     let before = problem.misses(&estimate);
     let at_start = root_mean_square(before.iter().map(Vector3::norm));
-    if has_parameters && !kept.iter().any(is_parameter) {
+    if !sees_parameters(problem, &kept) {
         return Err(IdentifyError::NothingSeen);
     }
-    let trusted = |misses: &[Vector3<f64>], noise: &Noise| {
-        let rows = misses.iter().zip(&noise.trust);
-        root_mean_square(rows.map(|(miss, trust)| miss.norm() * trust))
+    let mut iteration = GaussNewton {
+        problem,
+        is_robust: options.robust,
+        kept,
+        alone: problem.alone(),
+        noise,
+        estimate,
+        misses: before.clone(),
+        shares: Vec::new(),
+        left: at_start,
     };
-    let mut left = at_start;
     let mut arrived = false;
-    let mut misses = before.clone();
-    let mut shares = Vec::new();
-    for round in 0..ROUNDS {
-        let weights = noise.weights(STIFF * left);
-        let jacobian = problem.jacobian(&estimate, &weights);
-        let factor = ScaledFactor::new(&jacobian, kept.clone(), &alone);
-        let factor = factor.ok_or(IdentifyError::NotFinite)?;
-        arrived = descend(problem, &mut estimate, &jacobian, &factor, &weights);
-        let last = std::mem::replace(&mut misses, problem.misses(&estimate));
-        if round == 0 || options.robust || noise.needs_shares() {
-            let found = noise.shares(problem, &jacobian, &factor);
-            shares = found.ok_or_else(|| not_converged(&misses))?;
-        }
-        let settled = noise.learn(&misses, &shares, options.robust, round);
-        left = trusted(&misses, &noise);
-        if !arrived || !settled || round == 0 {
+    for number in 0..ROUNDS {
+        let round = iteration.round(number)?;
+        arrived = round.arrived;
+        if !arrived || !round.settled || number == 0 {
             continue;
         }
-        // With stiff bars and intermediate steps, the iteration can end at another minimum; and distances larger
-        // than any machine error are not machine errors. Neither is a result.
-        if left.is_nan() || left > trusted(&before, &noise) * (1.0 + STILL) || left > LARGEST_LENGTH
-        {
-            return Err(not_converged(&misses));
+        return iteration.identified(round, before, given_up);
+    }
+    if !arrived && iteration.left > FAR * at_start {
+        return Err(not_converged(&iteration.misses));
+    }
+    Err(iteration.unsettled(arrived))
+}
+
+/// False if parameters are looked for and the measurements show none.
+fn sees_parameters(problem: &Problem<'_>, kept: &[usize]) -> bool {
+    let is_parameter = |unknown: &Unknown| unknown.parameter().is_some();
+    !problem.unknowns.iter().any(is_parameter)
+        || kept.iter().any(|i| is_parameter(&problem.unknowns[*i]))
+}
+
+/// The iteration, as far as it has come.
+struct GaussNewton<'a> {
+    problem: &'a Problem<'a>,
+    is_robust: bool,
+    /// The unknowns that can be identified.
+    kept: Vec<usize>,
+    alone: Vec<Alone>,
+    noise: Noise,
+    estimate: Estimate,
+    misses: Vec<Vector3<f64>>,
+    /// Degrees of freedom of each source of noise.
+    shares: Vec<f64>,
+    /// What is left of trusted rows (mm, root mean square).
+    left: f64,
+}
+
+/// One round with one Jacobian.
+struct NewtonRound {
+    weights: EquationWeights,
+    jacobian: DMatrix<f64>,
+    factor: ScaledFactor,
+    arrived: bool,
+    /// True if rows count as much as before.
+    settled: bool,
+    /// How far (mm) a tip has moved.
+    moved: f64,
+}
+
+impl GaussNewton<'_> {
+    fn round(&mut self, number: usize) -> Result<NewtonRound, IdentifyError> {
+        let problem = self.problem;
+        let weights = self.noise.weights(STIFF * self.left);
+        let (jacobian, factor) = self.factored(&weights)?;
+        let arrived = descend(problem, &mut self.estimate, &jacobian, &factor, &weights);
+        let last = std::mem::replace(&mut self.misses, problem.misses(&self.estimate));
+        if number == 0 || self.is_robust || self.noise.needs_shares() {
+            let found = self.noise.shares(problem, &jacobian, &factor);
+            self.shares = found.ok_or_else(|| not_converged(&self.misses))?;
+        }
+        let (misses, shares) = (&self.misses, &self.shares);
+        let settled = self.noise.learn(misses, shares, self.is_robust, number);
+        self.left = self.trusted(misses);
+        let moved = last.iter().zip(misses).map(|(a, b)| (a - b).norm());
+        Ok(NewtonRound {
+            weights,
+            jacobian,
+            factor,
+            arrived,
+            settled,
+            moved: moved.fold(0.0, f64::max),
+        })
+    }
+
+    fn factored(
+        &self,
+        weights: &EquationWeights,
+    ) -> Result<(DMatrix<f64>, ScaledFactor), IdentifyError> {
+        let jacobian = self.problem.jacobian(&self.estimate, weights);
+        let factor = ScaledFactor::new(&jacobian, self.kept.clone(), &self.alone);
+        Ok((jacobian, factor.ok_or(IdentifyError::NotFinite)?))
+    }
+
+    fn trusted(&self, misses: &[Vector3<f64>]) -> f64 {
+        let rows = misses.iter().zip(&self.noise.trust);
+        root_mean_square(rows.map(|(miss, trust)| miss.norm() * trust))
+    }
+
+    /// With stiff bars and intermediate steps, the iteration can end at another minimum; and distances larger than any
+    /// machine error are not machine errors. Neither is a result.
+    fn is_lost(&self, before: &[Vector3<f64>]) -> bool {
+        let left = self.left;
+        left.is_nan() || left > self.trusted(before) * (1.0 + STILL) || left > LARGEST_LENGTH
+    }
+
+    fn identified(
+        self,
+        last: NewtonRound,
+        before: Vec<Vector3<f64>>,
+        given_up: Vec<GivenUp>,
+    ) -> Result<Identified, IdentifyError> {
+        if self.is_lost(&before) {
+            return Err(not_converged(&self.misses));
         }
         // Evaluate at the final solution, not where its last step began.
-        let moved = last.iter().zip(&misses).map(|(a, b)| (a - b).norm());
-        let moved = moved.fold(0.0, f64::max);
-        let is_elsewhere = moved * factor.condition() > ELSEWHERE * problem.lever();
-        let (jacobian, factor) = if is_elsewhere {
-            let jacobian = problem.jacobian(&estimate, &weights);
-            let factor = ScaledFactor::new(&jacobian, kept, &alone);
-            (jacobian, factor.ok_or(IdentifyError::NotFinite)?)
-        } else {
-            (jacobian, factor)
+        let is_elsewhere = last.moved * last.factor.condition() > ELSEWHERE * self.problem.lever();
+        let (jacobian, factor) = match is_elsewhere {
+            true => self.factored(&last.weights)?,
+            false => (last.jacobian, last.factor),
         };
         let place = Solution {
-            estimate,
-            weights,
+            estimate: self.estimate,
+            weights: last.weights,
             factor,
         };
         let end = LastRound {
             before,
-            misses,
-            shares,
-            noise,
+            misses: self.misses,
+            shares: self.shares,
+            noise: self.noise,
             given_up,
         };
-        return identified(problem, place, end, &jacobian);
+        identified(self.problem, place, end, &jacobian)
     }
-    if !arrived && left > FAR * at_start {
-        return Err(not_converged(&misses));
+
+    fn unsettled(&self, arrived: bool) -> IdentifyError {
+        IdentifyError::Unsettled {
+            rounds: ROUNDS,
+            what: match arrived {
+                true => "how much rows count",
+                false => "what parameters are that can hardly be told from each other",
+            },
+            rms: root_mean_square(self.misses.iter().map(Vector3::norm)),
+            line: self.problem.worst(&self.misses).0,
+        }
     }
-    Err(IdentifyError::Unsettled {
-        rounds: ROUNDS,
-        what: if arrived {
-            "how much rows count"
-        } else {
-            "what parameters are that can hardly be told from each other"
-        },
-        rms: root_mean_square(misses.iter().map(Vector3::norm)),
-        line: problem.worst(&misses).0,
-    })
 }
 
 /// Residuals and related data of the last round.

@@ -74,9 +74,7 @@ pub fn to_probings(
     if let Some(probing) = found.left.iter().position(off) {
         return Err(rows.no_sphere(probing));
     }
-    if !missing.is_empty() {
-        rows.have_stayed(&found.centres, &missing)?;
-    }
+    rows.have_stayed(&found.centres, &missing)?;
     Ok(LogContents {
         probings: rows.probings(&found.centres)?,
         touches,
@@ -155,13 +153,13 @@ impl ProbedRows<'_> {
         )
     }
 
-    /// Checks that each ball is where the plan has it first.
+    /// If touches are missing, checks that each ball stays where it is first.
     fn have_stayed(&self, centres: &[Vector3<f64>], missing: &[String]) -> Result<(), FileError> {
         let plan = self.plan;
         for (number, row) in plan.rows.iter().enumerate() {
             let same = plan.rows.iter().position(|r| r.ball == row.ball);
             let first = same.unwrap_or(number);
-            if (centres[number] - centres[first]).norm() > ELSEWHERE {
+            if !missing.is_empty() && (centres[number] - centres[first]).norm() > ELSEWHERE {
                 return Err(FileError::at(
                     self.log[PER_BALL * number].span.clone(),
                     format!(
