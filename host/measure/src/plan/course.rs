@@ -63,6 +63,13 @@ impl<'a> Course<'a> {
         })
     }
 
+    /// Makes several steps.
+    pub fn follow(&mut self, steps: &[ProbingStep]) {
+        for step in steps {
+            self.go(step);
+        }
+    }
+
     fn position(&self) -> Option<PerAxis> {
         let mut position = PerAxis::default();
         for (position, at) in position.iter_mut().zip(&self.at) {

@@ -74,7 +74,7 @@ pub fn steps(setup: &Setup<'_>, plan: &Probings) -> Result<Vec<ProbingStep>, Not
         if indexes && turned.replace(spindle) != Some(spindle) {
             turn.push(ProbingStep::Orient(spindle));
         }
-        steps[begin..].iter().for_each(|step| course.go(step));
+        course.follow(&steps[begin..]);
         let begin = steps.len();
         let mut ways = ways(machine, &turn, away);
         let way = ways
@@ -85,7 +85,7 @@ pub fn steps(setup: &Setup<'_>, plan: &Probings) -> Result<Vec<ProbingStep>, Not
         steps.extend(touch_moves(touching, linear));
         steps.push(ProbingStep::Rapid(linear(away)));
         last = Some(*away);
-        steps[begin..].iter().for_each(|step| course.go(step));
+        course.follow(&steps[begin..]);
     }
     Ok(steps)
 }
