@@ -29,6 +29,11 @@ impl FoundMotion {
         name(machine, self.axis, self.component)
     }
 
+    /// The values of both directions of travel.
+    pub(super) fn all_values(&self) -> impl Iterator<Item = &f64> {
+        self.positive.iter().chain(self.negative.iter().flatten())
+    }
+
     /// Values for a direction of travel.
     pub(super) fn values(&mut self, direction: f64) -> &mut Vec<f64> {
         match &mut self.negative {

@@ -262,21 +262,12 @@ impl RunBlock {
         let mut change: f64 = 0.0;
         for (motion, before) in motions.iter_mut().zip(&before) {
             let axis = &machine.axes[motion.axis];
-            close(
-                motion,
-                axis.modulo
-                    .then(|| axis.travel.map(|t| axis.to_kinematic(t))),
-            );
+            let turn = axis
+                .modulo
+                .then(|| axis.travel.map(|t| axis.to_kinematic(t)));
+            close(motion, turn);
             let size = if motion.component >= 3 { OVER } else { 1.0 };
-            let now = motion
-                .positive
-                .iter()
-                .chain(motion.negative.iter().flatten());
-            let then = before
-                .positive
-                .iter()
-                .chain(before.negative.iter().flatten());
-            for (now, then) in now.zip(then) {
+            for (now, then) in motion.all_values().zip(before.all_values()) {
                 change = change.max((now - then).abs() * size);
                 if now.is_nan() {
                     return None;

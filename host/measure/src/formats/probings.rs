@@ -49,6 +49,15 @@ pub struct Probings {
     pub rows: Vec<Probing>,
 }
 
+/// The index of a ball, which is added if it is new.
+pub(crate) fn ball_index(balls: &mut Vec<String>, name: &str) -> usize {
+    let known = balls.iter().position(|ball| ball == name);
+    known.unwrap_or_else(|| {
+        balls.push(name.to_owned());
+        balls.len() - 1
+    })
+}
+
 /// Content of a column.
 #[derive(Clone, Debug, PartialEq)]
 enum ProbingColumn {

@@ -1,6 +1,6 @@
 //! Readings of displacement sensors over whole turns of a spindle, for error motions to ISO 230-7, as CSV.
 
-use super::displacements::{LARGE, apart, sensor, within};
+use super::displacements::{apart, displacements, sensor};
 use crate::direct::iso230_7::Turns;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -96,12 +96,7 @@ fn rows(table: CsvTable<'_>) -> Result<([bool; 5], ByTurn), FileError> {
         }
         let steps = (row.number(angle)?.rem_euclid(360.0) / SAME).round() as i64;
         let steps = steps.rem_euclid((360.0 / SAME) as i64);
-        let mut read = [0.0; 5];
-        for (value, column) in read.iter_mut().zip(sensors) {
-            if let Some(column) = column {
-                *value = within(&row, column, -LARGE..LARGE, "µm")? * 1e-3;
-            }
-        }
+        let read = displacements(&row, sensors)?;
         let of_turn = turns.entry(number as i64).or_default();
         if of_turn.insert(steps, read).is_some() {
             let message = format!("turn {number} has this angle twice");

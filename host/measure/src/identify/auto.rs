@@ -109,6 +109,7 @@ impl<'a> AutoInputs<'a> {
         let (machine, probings, artefact) = (self.machine, self.probings, self.artefact);
         Problem::new(machine, probings, artefact, parameters, self.base).with(self.observations)
     }
+
     /// The observations, and drift together with which they fit.
     fn with_drift(&self, directions: &[bool]) -> Result<Observations, IdentifyError> {
         let mut observations = self.observations.clone();
@@ -126,6 +127,7 @@ impl<'a> AutoInputs<'a> {
         }
         Ok(observations)
     }
+
     /// Identifies given parameters, and predicts with them; rows weigh as these `weights` say, or as they did.
     fn found(
         &self,

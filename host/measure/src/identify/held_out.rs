@@ -5,7 +5,7 @@ use super::rows::order;
 use super::{Identified, IdentifyError, IdentifyOptions, Problem, identify};
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
-use crate::formats::probings::{Probing, Probings};
+use crate::formats::probings::{Probing, Probings, ball_index};
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
@@ -209,12 +209,7 @@ pub(super) fn subset(probings: &Probings, is_in: impl Fn(usize) -> bool) -> Prob
             .collect(),
     };
     for row in &mut subset.rows {
-        let name = &probings.balls[row.ball];
-        let known = subset.balls.iter().position(|b| b == name);
-        row.ball = known.unwrap_or_else(|| {
-            subset.balls.push(name.clone());
-            subset.balls.len() - 1
-        });
+        row.ball = ball_index(&mut subset.balls, &probings.balls[row.ball]);
     }
     subset
 }

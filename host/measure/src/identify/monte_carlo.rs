@@ -235,6 +235,7 @@ impl Trial<'_> {
             least_inside: least.map_or(0.0, |least| least as f64 / POSITIONS as f64),
         }
     }
+
     fn disturbances(&self, noise: f64, seed: u64) -> Disturbances {
         Disturbances {
             noise,

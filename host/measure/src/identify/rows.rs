@@ -5,7 +5,7 @@ use super::estimate::{Estimate, RowResult};
 use super::observed::{Observed, ObservedRow, moved, period};
 use super::unidentifiable::ProbedSpindle;
 use super::{IdentifyError, Unknown};
-use crate::formats::artefact::Artefact;
+use crate::formats::artefact::{Artefact, ArtefactBar};
 use crate::formats::observations::{Drift, Observations};
 use crate::formats::probings::Probings;
 use crate::simulate::{normal, turned};
@@ -64,6 +64,27 @@ pub(super) struct ProbingRow {
     pub clock: Option<f64>,
 }
 
+impl ProbingRow {
+    fn of(machine: &Machine, probings: &Probings, row: usize) -> Self {
+        let probing = &probings.rows[row];
+        Self {
+            ball: probing.ball,
+            row,
+            line: probing.line,
+            q: machine.to_kinematic(&probing.position),
+            situation: Situation {
+                sign: probing.direction,
+                ..Situation::default()
+            },
+            turned: turned(machine.tool_axis, probing.spindle),
+            spindle: probing.spindle,
+            sigma: probing.sigma,
+            hours: [0.0; 6],
+            clock: probing.time,
+        }
+    }
+}
+
 /// A known distance.
 #[derive(Clone, Debug)]
 pub(super) struct BarRow {
@@ -73,10 +94,31 @@ pub(super) struct BarRow {
     pub sigma: f64,
 }
 
+impl BarRow {
+    /// `None` if a ball was not probed.
+    fn of(bar: &ArtefactBar, probings: &Probings) -> Option<Self> {
+        let index = |name: &String| probings.balls.iter().position(|b| b == name);
+        Some(Self {
+            balls: [index(&bar.balls[0])?, index(&bar.balls[1])?],
+            length: bar.length,
+            sigma: bar.uncertainty,
+        })
+    }
+}
+
 #[derive(Clone, Debug)]
 struct StylusPrior {
     tip: Vector3<f64>,
     sigma: [Option<f64>; 3],
+}
+
+impl StylusPrior {
+    fn of(artefact: &Artefact, machine: &Machine) -> Self {
+        Self {
+            tip: artefact.stylus.place(machine),
+            sigma: artefact.stylus.uncertainty,
+        }
+    }
 }
 
 /// Weights of the equations.
@@ -105,26 +147,7 @@ impl<'a> Problem<'a> {
         parameters: &[Parameter],
         base: &ErrorModel,
     ) -> Self {
-        let index = |name: &String| probings.balls.iter().position(|b| b == name);
         let period = period(probings.rows.iter().map(|row| row.time));
-        let place = |row: usize| {
-            let probing = &probings.rows[row];
-            ProbingRow {
-                ball: probing.ball,
-                row,
-                line: probing.line,
-                q: machine.to_kinematic(&probing.position),
-                situation: Situation {
-                    sign: probing.direction,
-                    ..Situation::default()
-                },
-                turned: turned(machine.tool_axis, probing.spindle),
-                spindle: probing.spindle,
-                sigma: probing.sigma,
-                hours: [0.0; 6],
-                clock: probing.time,
-            }
-        };
         let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
         balls.sort_by_key(|b| &probings.balls[*b]);
         let coordinates = |b: usize| (0..3).map(move |i| Unknown::Ball(b, i));
@@ -138,21 +161,14 @@ impl<'a> Problem<'a> {
         Self {
             machine,
             unknowns: parameters.chain(setup).collect(),
-            places: order(probings).into_iter().map(place).collect(),
+            places: (order(probings).into_iter())
+                .map(|row| ProbingRow::of(machine, probings, row))
+                .collect(),
             balls: probings.balls.clone(),
             bars: (artefact.bars.iter())
-                .filter_map(|bar| {
-                    Some(BarRow {
-                        balls: [index(&bar.balls[0])?, index(&bar.balls[1])?],
-                        length: bar.length,
-                        sigma: bar.uncertainty,
-                    })
-                })
+                .filter_map(|bar| BarRow::of(bar, probings))
                 .collect(),
-            stylus: StylusPrior {
-                tip: artefact.stylus.place(machine),
-                sigma: artefact.stylus.uncertainty,
-            },
+            stylus: StylusPrior::of(artefact, machine),
             nominal: probings.balls.iter().map(nominal).collect(),
             base: Box::new(base.clone()),
             observed: Observed::default(),

@@ -98,6 +98,45 @@ pub struct ThermalError {
     pub remedy: String,
 }
 
+impl ThermalError {
+    fn new(reason: impl Into<String>, remedy: &str) -> Self {
+        Self {
+            reason: reason.into(),
+            remedy: remedy.to_owned(),
+        }
+    }
+}
+
+/// The time and the cycle of each equation, and the sum of the squared weights.
+type EquationTimes = (Vec<Option<f64>>, Vec<Option<usize>>, f64);
+
+fn times_of_equations(
+    problem: &Problem<'_>,
+    identified: &Identified,
+    log: &Temperatures,
+) -> Result<EquationTimes, ThermalError> {
+    let mut clocks = vec![None; problem.equations()];
+    let mut parts = vec![None; problem.equations()];
+    let mut squares = 0.0;
+    let rows = problem.blocks().zip(problem.clocks());
+    for ((block, clock), weight) in rows.zip(&identified.place.weights.rows) {
+        let Some(cycle) = clock.and_then(|t| log.cycle_at(t)) else {
+            let at = clock.map_or("a row has no time_s".to_owned(), |t| {
+                format!("a row was measured at {t} s, of which the temperatures say nothing")
+            });
+            return Err(ThermalError::new(
+                at,
+                "give every row a time_s by the clock of the temperatures, and temperatures from before the first row to after the last one",
+            ));
+        };
+        squares += weight * weight * block.len() as f64;
+        for equation in block {
+            (clocks[equation], parts[equation]) = (clock, Some(cycle));
+        }
+    }
+    Ok((clocks, parts, squares))
+}
+
 /// A temperature with the parameters that may change with it.
 #[derive(Clone, Debug)]
 struct ThermalGroup {
@@ -183,20 +222,14 @@ impl<'p> ThermalSearch<'p> {
         log: &'p Temperatures,
         candidates: &[Parameter],
     ) -> Result<Self, ThermalError> {
-        let refuse = |reason: &str, remedy: &str| {
-            Err(ThermalError {
-                reason: reason.to_owned(),
-                remedy: remedy.to_owned(),
-            })
-        };
         let candidates: Vec<Parameter> = (candidates.iter().copied())
             .filter(|p| p.kind != ParameterKind::Backlash)
             .collect();
         if candidates.is_empty() {
-            return refuse(
+            return Err(ThermalError::new(
                 "no parameter is looked for that can change with temperature",
                 "give --model or --thermal the names of locations and coefficients",
-            );
+            ));
         }
         let place = &identified.place;
         let all = problem.jacobian(&place.estimate, &place.weights);
@@ -204,31 +237,13 @@ impl<'p> ThermalSearch<'p> {
         let unknowns: Vec<Unknown> = candidates.iter().map(|p| Unknown::Parameter(*p)).collect();
         let columns = problem.derivatives(&unknowns, &place.estimate, &place.weights);
         let residuals = problem.residuals(&place.estimate, &place.weights);
-        let mut clocks = vec![None; residuals.len()];
-        let mut parts = vec![None; residuals.len()];
-        let mut squares = 0.0;
-        let rows = problem.blocks().zip(problem.clocks());
-        for ((block, clock), weight) in rows.zip(&place.weights.rows) {
-            let Some(cycle) = clock.and_then(|t| log.cycle_at(t)) else {
-                let at = clock.map_or("a row has no time_s".to_owned(), |t| {
-                    format!("a row was measured at {t} s, of which the temperatures say nothing")
-                });
-                return refuse(
-                    &at,
-                    "give every row a time_s by the clock of the temperatures, and temperatures from before the first row to after the last one",
-                );
-            };
-            squares += weight * weight * block.len() as f64;
-            for equation in block {
-                (clocks[equation], parts[equation]) = (clock, Some(cycle));
-            }
-        }
+        let (clocks, parts, squares) = times_of_equations(problem, identified, log)?;
         let split = Split::new(&parts);
         if split.parts() < 2 {
-            return refuse(
+            return Err(ThermalError::new(
                 "there is only one cycle with rows, so none can be left out",
                 "measure at least two warm-ups or cool-downs, and number them in a column `cycle` of the temperatures or pause the record between them",
-            );
+            ));
         }
         let first = &log.readings[0].celsius;
         Ok(Self {
@@ -360,20 +375,7 @@ impl<'p> ThermalSearch<'p> {
         let mut least = best;
         let mut needed: Vec<(usize, f64, usize)> = Vec::new();
         loop {
-            let gram = self.gram(groups);
-            let certain = gram.significance();
-            let mut terms: Vec<(f64, usize, usize)> = Vec::new();
-            let mut next = self.fixed.ncols();
-            for (g, group) in groups.iter().enumerate() {
-                for (k, p) in group.parameters.iter().enumerate() {
-                    let is_needed = needed.contains(&(group.sensor, group.lag, *p));
-                    if !is_needed {
-                        terms.push((certain[next], g, k));
-                    }
-                    next += 1;
-                }
-            }
-            let Some((certain, g, k)) = terms.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            let Some((certain, g, k)) = self.least_certain(groups, &needed) else {
                 break;
             };
             let mut fewer = groups.clone();
@@ -400,6 +402,28 @@ impl<'p> ThermalSearch<'p> {
         joined.collect()
     }
 
+    /// The term whose value is the least certain but for those that are needed: how many standard uncertainties it has, its
+    /// group and its place there.
+    fn least_certain(
+        &self,
+        groups: &[ThermalGroup],
+        needed: &[(usize, f64, usize)],
+    ) -> Option<(f64, usize, usize)> {
+        let certain = self.gram(groups).significance();
+        let mut terms: Vec<(f64, usize, usize)> = Vec::new();
+        let mut next = self.fixed.ncols();
+        for (g, group) in groups.iter().enumerate() {
+            for (k, p) in group.parameters.iter().enumerate() {
+                let is_needed = needed.contains(&(group.sensor, group.lag, *p));
+                if !is_needed {
+                    terms.push((certain[next], g, k));
+                }
+                next += 1;
+            }
+        }
+        terms.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     fn finish(
         &self,
         mut groups: Vec<ThermalGroup>,
@@ -422,50 +446,47 @@ impl<'p> ThermalSearch<'p> {
                 with: b.mean.sqrt() / self.weight,
             })
             .collect();
-        let mut inputs = Vec::new();
-        let mut kelvin = Vec::new();
-        let mut terms = Vec::new();
-        for (number, group) in groups.iter().enumerate() {
-            let at_rows = self.kelvin(group.sensor, group.lag);
-            inputs.push(Thermal {
-                range_kelvin: [floor_tenth(at_rows.min()), -floor_tenth(-at_rows.max())],
-                ..self.input(group)
-            });
-            kelvin.push(
-                self.log
-                    .kelvin(group.sensor, self.references[group.sensor], group.lag),
-            );
-            terms.extend(
-                group
-                    .parameters
-                    .iter()
-                    .map(|p| (self.candidates[*p], number)),
-            );
-        }
         let with = cycles
             .iter()
             .map(|c| c.with.powi(2) * c.rows as f64)
             .sum::<f64>();
         let count: usize = cycles.iter().map(|c| c.rows).sum();
         let with = (with / count as f64).sqrt();
-        let choice = self.uncertainties(&groups);
-        let of_choice = |[own, whole]: &[f64; 2]| (whole * whole - own * own).max(0.0).sqrt();
         Ok(Warmed {
             lag_uncertainty: self.lag_uncertainty(&groups),
-            model: ThermalModel {
-                log: self.log.clone(),
-                inputs,
-                terms,
-                choice: choice.iter().map(of_choice).collect(),
-                kelvin,
-                left: (!groups.is_empty()).then(|| band(&cycles, with)),
-            },
+            model: self.model(&groups, (!groups.is_empty()).then(|| band(&cycles, with))),
             taken: if groups.is_empty() { Vec::new() } else { taken },
             dropped,
             left_out: [without / self.weight, with],
             band: band(&cycles, with),
             cycles,
         })
+    }
+
+    /// The chosen terms; `left` is the 95 % interval of what they leave, if there are any.
+    fn model(&self, groups: &[ThermalGroup], left: Option<f64>) -> ThermalModel {
+        let (mut inputs, mut kelvin, mut terms) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, group) in groups.iter().enumerate() {
+            let at_rows = self.kelvin(group.sensor, group.lag);
+            inputs.push(Thermal {
+                range_kelvin: [floor_tenth(at_rows.min()), -floor_tenth(-at_rows.max())],
+                ..self.input(group)
+            });
+            let reference = self.references[group.sensor];
+            kelvin.push(self.log.kelvin(group.sensor, reference, group.lag));
+            let own = group.parameters.iter();
+            terms.extend(own.map(|p| (self.candidates[*p], number)));
+        }
+        let choice = self.uncertainties(groups);
+        let of_choice = |[own, whole]: &[f64; 2]| (whole * whole - own * own).max(0.0).sqrt();
+        ThermalModel {
+            log: self.log.clone(),
+            inputs,
+            terms,
+            choice: choice.iter().map(of_choice).collect(),
+            kelvin,
+            left,
+        }
     }
 
     /// The standard uncertainty of each term: with these temperatures, lags and terms, and with the choice of them. Where
@@ -482,37 +503,10 @@ impl<'p> ThermalSearch<'p> {
         let equations = self.residuals.len() as f64 * gram.variance() / variance;
         let temperatures = self.temperatures();
         let (mut lags, mut others) = (Vec::new(), Vec::new());
-        let model = |groups: &[ThermalGroup]| self.linear(groups).map(|linear| linear.model());
         for (g, group) in groups.iter().enumerate() {
-            let at = |sensor: usize, lag: f64| {
-                let mut all = groups.to_vec();
-                (all[g].sensor, all[g].lag) = (sensor, lag);
-                model(&all)
-            };
-            let near = near(group.lag, &chosen, variance, &|lag| at(group.sensor, lag));
-            lags.push(near);
-            let mut rest = groups.to_vec();
-            rest.remove(g);
-            let swapped = temperatures.iter().filter(|other| {
-                other.sensor != group.sensor && is_apart(&rest, other.sensor, other.lag)
-            });
-            others.push(
-                swapped
-                    .filter_map(|other| at(other.sensor, other.lag))
-                    .collect(),
-            );
-            for (k, parameter) in group.parameters.iter().enumerate() {
-                let mut fewer = groups.to_vec();
-                fewer[g].parameters.remove(k);
-                others.push(model(&fewer).into_iter().collect());
-                // With one parameter, these are those above.
-                if group.parameters.len() > 1 {
-                    let is_own = |t: &Temperature| t.sensor == group.sensor;
-                    others.push(self.with_one(&fewer, *parameter, &temperatures, &is_own));
-                    let is_other = |t: &Temperature| !is_own(t);
-                    others.push(self.with_one(&fewer, *parameter, &temperatures, &is_other));
-                }
-            }
+            let at = |lag: f64| self.with_other(groups, g, group.sensor, lag);
+            lags.push(near(group.lag, &chosen, variance, &at));
+            others.extend(self.others(groups, g, &temperatures));
         }
         for parameter in 0..self.candidates.len() {
             let is_its = |group: &&ThermalGroup| group.parameters.contains(&parameter);
@@ -527,6 +521,53 @@ impl<'p> ThermalSearch<'p> {
             others.push(self.with_one(groups, parameter, &temperatures, &is_coarse));
         }
         uncertainties(&chosen, &lags, &others, variance, equations)
+    }
+
+    fn candidate(&self, groups: &[ThermalGroup]) -> Option<ThermalCandidate> {
+        self.linear(groups).map(|linear| linear.model())
+    }
+
+    /// With another temperature for a group.
+    fn with_other(
+        &self,
+        groups: &[ThermalGroup],
+        g: usize,
+        sensor: usize,
+        lag: f64,
+    ) -> Option<ThermalCandidate> {
+        let mut all = groups.to_vec();
+        (all[g].sensor, all[g].lag) = (sensor, lag);
+        self.candidate(&all)
+    }
+
+    /// Models without a temperature that was chosen or with fewer of its terms.
+    fn others(
+        &self,
+        groups: &[ThermalGroup],
+        g: usize,
+        temperatures: &[Temperature],
+    ) -> Vec<Vec<ThermalCandidate>> {
+        let group = &groups[g];
+        let mut rest = groups.to_vec();
+        rest.remove(g);
+        let swapped = temperatures.iter().filter(|other| {
+            other.sensor != group.sensor && is_apart(&rest, other.sensor, other.lag)
+        });
+        let swapped = swapped.filter_map(|t| self.with_other(groups, g, t.sensor, t.lag));
+        let mut others = vec![swapped.collect()];
+        for (k, parameter) in group.parameters.iter().enumerate() {
+            let mut fewer = groups.to_vec();
+            fewer[g].parameters.remove(k);
+            others.push(self.candidate(&fewer).into_iter().collect());
+            // With one parameter, these are those above.
+            if group.parameters.len() > 1 {
+                let is_own = |t: &Temperature| t.sensor == group.sensor;
+                others.push(self.with_one(&fewer, *parameter, temperatures, &is_own));
+                let is_other = |t: &Temperature| !is_own(t);
+                others.push(self.with_one(&fewer, *parameter, temperatures, &is_other));
+            }
+        }
+        others
     }
 
     /// Every sensor with every lag that could have been chosen.

@@ -142,6 +142,7 @@ fn touch_moves(touching: &Touching, linear: impl Fn(&PerAxis) -> AxisTargets) ->
     steps.push(above);
     steps
 }
+
 /// Ways from where the last row ended to where the stylus is far from the next ball, the usual one first: turn, then move;
 /// move, then turn; turn one axis after the other; turn in a corner of the linear travel.
 fn ways(machine: &Machine, turn: &[ProbingStep], away: &PerAxis) -> Vec<Vec<ProbingStep>> {

@@ -100,31 +100,8 @@ impl RunEntries {
                 "give the machine file of this name, or correct the name if it is the same machine",
             ));
         }
-        let mut read = Vec::new();
-        match (&self.axis, &self.reads, &self.reads_along) {
-            (Some(axis), Some(reads), None) => read.push((axis, reads)),
-            (None, None, Some(both)) if both.get_ref().len() == 2 => {
-                read.extend(both.get_ref().iter());
-            }
-            (None, None, Some(both)) => {
-                return Err(at(
-                    both.span(),
-                    format!("a square has two lines, not {}", both.get_ref().len()),
-                    "write # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }",
-                ));
-            }
-            (_, _, Some(both)) => {
-                return Err(at(
-                    both.span(),
-                    "a square has no other axis or direction than those along its lines".to_owned(),
-                    "keep reads_along, or axis and reads",
-                ));
-            }
-            (None, _, None) => return Err(missing("axis")),
-            (_, None, None) => return Err(missing("reads")),
-        }
         let mut setups = Vec::new();
-        for (axis, reads) in read {
+        for (axis, reads) in self.lines()? {
             setups.push(self.setup(machine, axis, reads, needs_place)?);
         }
         let square = self.square(machine, &setups)?;
@@ -134,24 +111,47 @@ impl RunEntries {
         let angular = setups[0].is_angular();
         let factor = units::factor(unit.get_ref(), angular)
             .map_err(|(message, remedy)| at(unit.span(), message, remedy))?;
-        let are_positions = match &self.reads_position {
-            Some(positions) if *positions.get_ref() && !setups[0].is_positioning() => {
-                return Err(at(
-                    positions.span(),
-                    "this reading does not follow the axis that moves".to_owned(),
-                    "leave out reads_position: it is for readings in the direction of the axis itself",
-                ));
-            }
-            positions => positions.as_ref().is_some_and(|p| *p.get_ref()),
-        };
         Ok(RunHeading {
-            setups,
             square,
             readings: Readings {
                 factor,
-                are_positions,
+                are_positions: self.are_positions(&setups[0])?,
             },
+            setups,
         })
+    }
+
+    /// The axes that move, with the reading of each.
+    fn lines(&self) -> Result<Vec<(&Spanned<String>, &Spanned<String>)>, FileError> {
+        match (&self.axis, &self.reads, &self.reads_along) {
+            (Some(axis), Some(reads), None) => Ok(vec![(axis, reads)]),
+            (None, None, Some(both)) if both.get_ref().len() == 2 => {
+                Ok(both.get_ref().iter().collect())
+            }
+            (None, None, Some(both)) => Err(at(
+                both.span(),
+                format!("a square has two lines, not {}", both.get_ref().len()),
+                "write # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }",
+            )),
+            (_, _, Some(both)) => Err(at(
+                both.span(),
+                "a square has no other axis or direction than those along its lines".to_owned(),
+                "keep reads_along, or axis and reads",
+            )),
+            (None, _, None) => Err(missing("axis")),
+            (_, None, None) => Err(missing("reads")),
+        }
+    }
+
+    fn are_positions(&self, setup: &MeasurementSetup) -> Result<bool, FileError> {
+        match &self.reads_position {
+            Some(positions) if *positions.get_ref() && !setup.is_positioning() => Err(at(
+                positions.span(),
+                "this reading does not follow the axis that moves".to_owned(),
+                "leave out reads_position: it is for readings in the direction of the axis itself",
+            )),
+            positions => Ok(positions.as_ref().is_some_and(|p| *p.get_ref())),
+        }
     }
 
     fn setup(
@@ -162,19 +162,7 @@ impl RunEntries {
         needs_place: bool,
     ) -> Result<MeasurementSetup, FileError> {
         let moved = index(axis, machine)?;
-        let (sense, counts) = sense(reads.get_ref(), machine)
-            .map_err(|message| at(reads.span(), message, DIRECTIONS))?;
-        if matches!(sense, Sense::About(about) if about != moved) {
-            return Err(at(
-                reads.span(),
-                format!(
-                    "{} is not about {}, which moves",
-                    reads.get_ref(),
-                    axis.get_ref()
-                ),
-                "read about the axis that moves, or from one linear axis to another: \"tool +Y to +Z\"",
-            ));
-        }
+        let (sense, counts) = moving_sense(reads, moved, machine)?;
         let perfect = ErrorModel::perfect(machine);
         let bench = Bench::new(machine, &perfect, Default::default());
         let mut setup = MeasurementSetup {
@@ -199,38 +187,50 @@ impl RunEntries {
             ));
         }
         setup.at = self.at(machine, &setup, self.reads_along.is_some(), needs_place)?;
-        if let Some(offset) = &self.offset_mm {
-            let Exactly(xyz) = *offset.get_ref();
-            if xyz.iter().any(|v| !v.is_finite() || v.abs() > FAR) {
-                return Err(at(
-                    offset.span(),
-                    "the measured point is nowhere near the tool".to_owned(),
-                    "write x, y and z from the tool tip to the measured point, in mm",
-                ));
-            }
-            setup.offset = Vector3::from(xyz);
+        setup.offset = self.offset()?;
+        setup.keeps_slope = self.keeps_slope(&setup, machine)?;
+        Ok(setup)
+    }
+
+    /// From the tip to the measured point (mm).
+    fn offset(&self) -> Result<Vector3<f64>, FileError> {
+        let Some(offset) = &self.offset_mm else {
+            return Ok(Vector3::zeros());
+        };
+        let Exactly(xyz) = *offset.get_ref();
+        if xyz.iter().any(|v| !v.is_finite() || v.abs() > FAR) {
+            return Err(at(
+                offset.span(),
+                "the measured point is nowhere near the tool".to_owned(),
+                "write x, y and z from the tool tip to the measured point, in mm",
+            ));
         }
-        if let Some(slope) = &self.slope {
-            setup.keeps_slope = match slope.get_ref().as_str() {
-                "keep" => true,
-                "remove" => false,
-                other => {
-                    return Err(at(
-                        slope.span(),
-                        format!("`{other}` cannot be done with a slope"),
-                        "write keep if the straightedge was aligned with another axis, remove if it lay somehow",
-                    ));
-                }
-            };
-            if !setup.is_straightness(machine) {
+        Ok(Vector3::from(xyz))
+    }
+
+    fn keeps_slope(&self, setup: &MeasurementSetup, machine: &Machine) -> Result<bool, FileError> {
+        let Some(slope) = &self.slope else {
+            return Ok(false);
+        };
+        let keeps = match slope.get_ref().as_str() {
+            "keep" => true,
+            "remove" => false,
+            other => {
                 return Err(at(
                     slope.span(),
-                    "only a straightness has a slope that may be of the straightedge".to_owned(),
-                    "leave out slope",
+                    format!("`{other}` cannot be done with a slope"),
+                    "write keep if the straightedge was aligned with another axis, remove if it lay somehow",
                 ));
             }
+        };
+        if !setup.is_straightness(machine) {
+            return Err(at(
+                slope.span(),
+                "only a straightness has a slope that may be of the straightedge".to_owned(),
+                "leave out slope",
+            ));
         }
-        Ok(setup)
+        Ok(keeps)
     }
 
     /// Positions of the axes.
@@ -274,18 +274,22 @@ impl RunEntries {
             let rotary = machine.axes[*i].letter.is_rotary();
             rotary || !setup.is_angular()
         });
-        if needs_place && let Some(lacking) = needed.find(|i| !given[*i]) {
-            let letter = machine.axes[lacking].letter;
-            let message = format!("the file does not say where {letter} stood");
-            let remedy = format!(
-                "add {letter} to # at = {{ … }}: the measured line has a place, and angular motions a lever to it"
-            );
-            return Err(match &self.at {
-                Some(entry) => at(entry.span(), message, remedy),
-                None => FileError::whole(message, remedy),
-            });
+        match needed.find(|i| needs_place && !given[*i]) {
+            Some(lacking) => Err(self.lacks(machine.axes[lacking].letter.char())),
+            None => Ok(position),
         }
-        Ok(position)
+    }
+
+    /// An axis of which the file does not say where it stood.
+    fn lacks(&self, letter: char) -> FileError {
+        let message = format!("the file does not say where {letter} stood");
+        let remedy = format!(
+            "add {letter} to # at = {{ … }}: the measured line has a place, and angular motions a lever to it"
+        );
+        match &self.at {
+            Some(entry) => at(entry.span(), message, remedy),
+            None => FileError::whole(message, remedy),
+        }
     }
 
     /// For a square, its angle minus 90°.
@@ -328,6 +332,28 @@ impl RunEntries {
         }
         Ok(Some(urad * 1e-6))
     }
+}
+
+/// The direction that is read while an axis moves, and the sign with which it counts.
+fn moving_sense(
+    reads: &Spanned<String>,
+    moved: usize,
+    machine: &Machine,
+) -> Result<(Sense, f64), FileError> {
+    let (sense, counts) =
+        sense(reads.get_ref(), machine).map_err(|message| at(reads.span(), message, DIRECTIONS))?;
+    if matches!(sense, Sense::About(about) if about != moved) {
+        return Err(at(
+            reads.span(),
+            format!(
+                "{} is not about {}, which moves",
+                reads.get_ref(),
+                machine.axes[moved].letter
+            ),
+            "read about the axis that moves, or from one linear axis to another: \"tool +Y to +Z\"",
+        ));
+    }
+    Ok((sense, counts))
 }
 
 fn index(name: &Spanned<String>, machine: &Machine) -> Result<usize, FileError> {
