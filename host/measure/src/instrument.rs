@@ -71,6 +71,26 @@ pub enum SettingPart {
     Radius,
 }
 
+impl SettingPart {
+    /// The size of a change of it by 1 rad (mm), or 1.
+    fn lever(self) -> f64 {
+        match self {
+            Self::Turn(_) => LEVER,
+            _ => 1.0,
+        }
+    }
+}
+
+/// Where an instrument with a frame of its own stands.
+const FRAME: [SettingPart; 6] = [
+    SettingPart::Place(0),
+    SettingPart::Place(1),
+    SettingPart::Place(2),
+    SettingPart::Turn(0),
+    SettingPart::Turn(1),
+    SettingPart::Turn(2),
+];
+
 impl fmt::Display for SettingPart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let coordinate = |i: &usize| ["x", "y", "z"][*i];
@@ -382,24 +402,8 @@ impl Kind {
         if samples.is_empty() || parts.is_empty() {
             return setting;
         }
-        let scale = |part: SettingPart| match part {
-            SettingPart::Turn(_) => LEVER,
-            _ => 1.0,
-        };
         for _ in 0..ROUNDS {
-            let rows = 3 * samples.len();
-            let (mut jacobian, mut rest) =
-                (DMatrix::zeros(rows, parts.len()), DVector::zeros(rows));
-            for (i, InitialSample { commanded, read }) in samples.iter().enumerate() {
-                let seen = commanded.seen_nominally();
-                let reads = instrument.reads(commanded, &setting, &seen);
-                rest.fixed_rows_mut::<3>(3 * i).copy_from(&(read - reads));
-                for (k, part) in parts.iter().enumerate() {
-                    let column = instrument.by_part(commanded, &setting, &seen, *part);
-                    let column = column / scale(*part);
-                    jacobian.fixed_view_mut::<3, 1>(3 * i, k).copy_from(&column);
-                }
-            }
+            let (jacobian, rest) = self.linearized(&setting, samples, &parts);
             let svd = jacobian.svd(true, true);
             let least = LEAST * svd.singular_values.max();
             let Ok(step) = svd.solve(&rest, least.max(f64::MIN_POSITIVE)) else {
@@ -409,10 +413,33 @@ impl Kind {
                 break;
             }
             for (part, step) in parts.iter().zip(step.iter()) {
-                setting = setting.moved(*part, step / scale(*part));
+                setting = setting.moved(*part, step / part.lever());
             }
         }
         setting
+    }
+
+    /// The derivatives of readings by parts of a set-up, and what is missing of them.
+    fn linearized(
+        self,
+        setting: &Setting,
+        samples: &[InitialSample],
+        parts: &[SettingPart],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let instrument = self.instrument();
+        let rows = 3 * samples.len();
+        let (mut jacobian, mut rest) = (DMatrix::zeros(rows, parts.len()), DVector::zeros(rows));
+        for (i, InitialSample { commanded, read }) in samples.iter().enumerate() {
+            let seen = commanded.seen_nominally();
+            let reads = instrument.reads(commanded, setting, &seen);
+            rest.fixed_rows_mut::<3>(3 * i).copy_from(&(read - reads));
+            for (k, part) in parts.iter().enumerate() {
+                let column = instrument.by_part(commanded, setting, &seen, *part);
+                let column = column / part.lever();
+                jacobian.fixed_view_mut::<3, 1>(3 * i, k).copy_from(&column);
+            }
+        }
+        (jacobian, rest)
     }
 }
 

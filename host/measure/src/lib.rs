@@ -17,6 +17,7 @@ pub mod calibration;
 pub mod clearance;
 pub mod compare;
 pub mod direct;
+mod extremes;
 pub mod formats;
 pub mod identify;
 pub mod instrument;

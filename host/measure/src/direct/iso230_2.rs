@@ -1,6 +1,6 @@
 //! ISO 230-2: accuracy and repeatability of positioning, with the terms and symbols of its clause 3.
 
-use super::AxisRuns;
+use super::{AxisRuns, RunColumn};
 use serde::Serialize;
 use trueaxis_model::machine::Machine;
 
@@ -48,20 +48,18 @@ pub struct Analysis {
     pub repeatability_both: Option<f64>,
 }
 
+const DIRECTIONS: [f64; 2] = [1.0, -1.0];
+
+fn runs(line: &AxisRuns, direction: f64) -> impl Iterator<Item = &RunColumn> {
+    let columns = line.columns.iter();
+    columns.filter(move |run| run.direction == direction)
+}
+
 /// Evaluates the runs of an axis.
 #[must_use]
 pub fn analysis(line: &AxisRuns) -> Analysis {
-    const DIRECTIONS: [f64; 2] = [1.0, -1.0];
-    let runs = |direction: f64| {
-        line.columns
-            .iter()
-            .filter(move |c| c.direction == direction)
-    };
-    let targets: Vec<AtTarget> = (line.targets.iter().enumerate())
-        .map(|(i, target)| {
-            let values = |d| runs(d).map(|c| c.readings[i]).collect::<Vec<f64>>();
-            AtTarget::new(*target, DIRECTIONS.map(values))
-        })
+    let targets: Vec<AtTarget> = (0..line.targets.len())
+        .map(|i| AtTarget::new(line, i))
         .collect();
     // A result for one direction, from two numbers of each target.
     let of = |f: &dyn Fn(&AtTarget, usize) -> Option<[f64; 2]>| {
@@ -77,14 +75,11 @@ pub fn analysis(line: &AxisRuns) -> Analysis {
         Some([0.5 * (up + down); 2])
     }));
     let size = |[low, high]: [f64; 2]| high - low;
-    let together = |[up, down]: [Option<[f64; 2]>; 2]| {
-        let (up, down) = up.zip(down)?;
-        hull(&[up, down]).map(size)
-    };
+    let together = |ends: [Option<[f64; 2]>; 2]| hull_of(ends.into_iter()).map(size);
     let reversals: Option<Vec<f64>> = targets.iter().map(|t| t.reversal).collect();
     let largest = |values: Option<Vec<f64>>| values?.into_iter().reduce(f64::max);
     Analysis {
-        runs: DIRECTIONS.map(|d| runs(d).count()),
+        runs: DIRECTIONS.map(|d| runs(line, d).count()),
         accuracy: uncertain.map(|ends| ends.map(size)),
         accuracy_both: together(uncertain),
         systematic: systematic.map(|ends| ends.map(size)),
@@ -100,8 +95,9 @@ pub fn analysis(line: &AxisRuns) -> Analysis {
 }
 
 impl AtTarget {
-    /// From the readings in each direction.
-    fn new(target: f64, values: [Vec<f64>; 2]) -> Self {
+    fn new(line: &AxisRuns, i: usize) -> Self {
+        let values = DIRECTIONS.map(|d| runs(line, d).map(|run| run.readings[i]));
+        let values = values.map(|values| values.collect::<Vec<f64>>());
         let mean = values.each_ref().map(|values| mean(values));
         let spread = values.each_ref().map(|values| spread(values));
         let reversal = mean[0].zip(mean[1]).map(|(up, down)| up - down);
@@ -112,7 +108,7 @@ impl AtTarget {
             together.max(4.0 * up).max(4.0 * down)
         });
         Self {
-            target,
+            target: line.targets[i],
             mean,
             spread,
             reversal,

@@ -259,23 +259,32 @@ impl RunBlock {
                 }
             }
         }
-        let mut change: f64 = 0.0;
-        for (motion, before) in motions.iter_mut().zip(&before) {
-            let axis = &machine.axes[motion.axis];
-            let turn = axis
-                .modulo
-                .then(|| axis.travel.map(|t| axis.to_kinematic(t)));
-            close(motion, turn);
-            let size = if motion.component >= 3 { OVER } else { 1.0 };
-            for (now, then) in motion.all_values().zip(before.all_values()) {
-                change = change.max((now - then).abs() * size);
-                if now.is_nan() {
-                    return None;
-                }
+        close_turns(machine, motions, &before)
+    }
+}
+
+/// Makes both ends of turns equal. Returns the largest change since `before`, as of a round; `None` for no number.
+fn close_turns(
+    machine: &Machine,
+    motions: &mut [FoundMotion],
+    before: &[FoundMotion],
+) -> Option<f64> {
+    let mut change: f64 = 0.0;
+    for (motion, before) in motions.iter_mut().zip(before) {
+        let axis = &machine.axes[motion.axis];
+        let turn = axis
+            .modulo
+            .then(|| axis.travel.map(|t| axis.to_kinematic(t)));
+        close(motion, turn);
+        let size = if motion.component >= 3 { OVER } else { 1.0 };
+        for (now, then) in motion.all_values().zip(before.all_values()) {
+            change = change.max((now - then).abs() * size);
+            if now.is_nan() {
+                return None;
             }
         }
-        Some(change)
     }
+    Some(change)
 }
 
 /// Makes both ends of a turn equal.

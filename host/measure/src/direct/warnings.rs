@@ -4,6 +4,7 @@ use super::block::gains;
 use super::iso230_2::analysis;
 use super::measurement::{AxisRuns, slope};
 use super::motion::{FoundMotion, name};
+use crate::extremes::extremes;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
@@ -229,8 +230,7 @@ pub fn misread(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt>
         })
     };
     let all = line.columns.iter().flat_map(|column| &column.readings);
-    let low = all.clone().copied().fold(f64::INFINITY, f64::min);
-    let high = all.copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = extremes(all.copied());
     let range = high - low;
     if range > gross {
         return doubt(
@@ -280,15 +280,9 @@ pub fn misread(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt>
 pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
     let linear = |i: &usize| !machine.axes[*i].letter.is_rotary();
     let all: Vec<usize> = (0..machine.axes.len()).filter(linear).collect();
-    let pairs = || {
-        all.iter()
-            .flat_map(|a| all.iter().filter(move |b| *b != a).map(move |b| [*a, *b]))
-    };
-    let shown = |parameter: Parameter, pair: [usize; 2]| shown(machine, parameter, pair);
-    let locations = errors
-        .parameters
-        .iter()
-        .filter(|(p, value)| p.kind == ParameterKind::Inter && p.is_angular() && **value != 0.0);
+    let is_squareness = |p: &Parameter| p.kind == ParameterKind::Inter && p.is_angular();
+    let locations = errors.parameters.iter();
+    let locations = locations.filter(|(p, value)| is_squareness(p) && **value != 0.0);
     let locations: Vec<(Parameter, f64)> = locations.map(|(p, v)| (*p, *v)).collect();
     let mut doubts = Vec::new();
     for moved in &all {
@@ -306,9 +300,11 @@ pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
                 axis: axis.letter.char(),
                 kind: ParameterKind::Degree(1),
             };
-            let pair = pairs().find(|pair| pair[1] == *moved && shown(leaning, *pair) > 0.5);
+            let aligned = all.iter().filter(|other| *other != moved);
+            let mut pairs = aligned.map(|aligned| [*aligned, *moved]);
+            let pair = pairs.find(|pair| shown(machine, leaning, *pair) > 0.5);
             for (location, value) in &locations {
-                if pair.is_some_and(|pair| shown(*location, pair) > 0.5) {
+                if pair.is_some_and(|pair| shown(machine, *location, pair) > 0.5) {
                     doubts.push(Doubt::Slope {
                         motion: name(machine, *moved, component),
                         slope,

@@ -179,8 +179,7 @@ fn opened(
 ) -> Result<Observations, FileError> {
     match converted::first_column(text).0 {
         "target" | "line" => return converted::of_runs(text, file, machine),
-        "angle" => return converted::of_radii(text, file, &radii::read(text)?, machine),
-        _ if text.contains("radius_mm") => {
+        first if first == "angle" || text.contains("radius_mm") => {
             return converted::of_radii(text, file, &radii::read(text)?, machine);
         }
         _ => {}
@@ -199,13 +198,7 @@ fn opened(
         let setup = match all.setups.iter().position(|s| s.name == name) {
             Some(number) if all.setups[number].kind == kind => number,
             Some(number) => {
-                let other = all.setups[number].kind.one();
-                return Err(row.error(
-                    columns.setup.unwrap_or(columns.kind),
-                    format!("the set-up `{name}` reads {other}, not {}", kind.one()),
-                    "here",
-                    "give each instrument its own name in the column setup",
-                ));
+                return Err(columns.other_kind(&row, name, [kind, all.setups[number].kind]));
             }
             None => heading.add(&mut all, name, kind),
         };

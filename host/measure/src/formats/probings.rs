@@ -9,7 +9,7 @@ mod checks;
 
 pub use checks::have_known_balls;
 
-use super::{axis, is_in_travel, temperatures};
+use super::{axis, direction, position, temperatures};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
@@ -120,14 +120,10 @@ pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, Fil
     );
     let table = CsvTable::open(text, 0, layout, VALUES)?;
     let columns = table.columns(0, |name| ProbingColumn::named(name, machine))?;
-    let ball = columns
-        .iter()
-        .position(|column| *column == ProbingColumn::Ball);
+    let ball = columns.iter().position(|c| *c == ProbingColumn::Ball);
     let ball = ball.ok_or_else(|| table.missing("ball"))?;
-    if let Some(i) = needed
-        .iter()
-        .find(|i| !columns.contains(&ProbingColumn::Axis(**i)))
-    {
+    let lacks = |i: &&usize| !columns.contains(&ProbingColumn::Axis(**i));
+    if let Some(i) = needed.iter().find(lacks) {
         return Err(table.missing(machine.axes[*i].letter));
     }
     let mut probings = Probings::default();
@@ -192,25 +188,8 @@ fn probing(
         match *column {
             ProbingColumn::Ball | ProbingColumn::Cycle => {}
             ProbingColumn::Sensor(_) => _ = temperatures::celsius(row, k)?,
-            ProbingColumn::Axis(i) => {
-                let axis = &machine.axes[i];
-                if !axis.modulo {
-                    let remedy = "correct the row, or the range of the axis in the machine file";
-                    is_in_travel(row, k, axis, value, remedy)?;
-                }
-                probing.position[i] = value;
-            }
-            ProbingColumn::Direction(i) if value == 1.0 || value == -1.0 || value == 0.0 => {
-                probing.direction[i] = value;
-            }
-            ProbingColumn::Direction(_) => {
-                return Err(row.error(
-                    k,
-                    format!("`{}` is not a direction", row.cells[k].text),
-                    "here",
-                    "write 1 after positive travel, -1 after negative travel, 0 if unknown",
-                ));
-            }
+            ProbingColumn::Axis(i) => probing.position[i] = position(row, k, &machine.axes[i])?,
+            ProbingColumn::Direction(i) => probing.direction[i] = direction(row, k)?,
             ProbingColumn::Spindle => probing.spindle = value,
             ProbingColumn::Run => probing.run = Some(value),
             ProbingColumn::Time => probing.time = Some(value),
@@ -282,11 +261,15 @@ fn written(probings: &Probings, machine: &Machine, linear: bool) -> String {
             ));
         }
     }
+    table(probings, &columns)
+}
+
+fn table(probings: &Probings, columns: &[(String, CellWriter)]) -> String {
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
     let mut text = format!("ball,{}\n", names.join(","));
     for row in &probings.rows {
         text += &probings.balls[row.ball];
-        for (_, cell) in &columns {
+        for (_, cell) in columns {
             text.push(',');
             text += &cell(row);
         }

@@ -7,6 +7,7 @@
 use super::descent::descend;
 use super::estimate::Estimate;
 use super::{Identified, IdentifyError, IdentifyOptions, Model, Problem, automatic, identify};
+use crate::extremes::extremes;
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
@@ -282,11 +283,7 @@ impl Trial<'_> {
 fn positions(machine: &Machine, probed: &Probings) -> Vec<(PerAxis, Situation)> {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let ranges: Vec<[f64; 2]> = (0..machine.axes.len())
-        .map(|i| {
-            let all = probed.rows.iter().map(|row| row.position[i]);
-            let low = all.clone().fold(f64::INFINITY, f64::min);
-            [low, all.fold(f64::NEG_INFINITY, f64::max)]
-        })
+        .map(|i| extremes(probed.rows.iter().map(|row| row.position[i])))
         .collect();
     let mut position = || -> (PerAxis, Situation) {
         let drawn = ranges

@@ -4,6 +4,7 @@ use super::Unknown;
 use super::estimate::{Estimate, RowResult};
 use super::prior::Prior;
 use super::setup::{FoundDrift, FoundPart, FoundSetup};
+use crate::extremes::extremes;
 use crate::formats::observations::{Drift, Observation, Observations, PlacePrior, STYLUS};
 use crate::instrument::{
     Commanded, InitialSample, Instrument, Kind, LEVER, Seen, Setting, SettingPart, SetupPriors,
@@ -360,8 +361,7 @@ impl Observed {
 /// The times (s) of the first and the last row, if all have one and these differ.
 pub(super) fn period(times: impl Iterator<Item = Option<f64>>) -> Option<[f64; 2]> {
     let times: Vec<f64> = times.collect::<Option<_>>()?;
-    let low = times.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = extremes(times);
     (high > low).then_some([low, high])
 }
 

@@ -2,6 +2,7 @@
 
 use super::trend::{OfBall, Repeats, Trend, by_ball, repeats, trend};
 use super::{Identified, Problem, Unknown};
+use crate::extremes::extremes;
 use crate::formats::probings::{Probing, Probings};
 use nalgebra::Vector3;
 use std::fmt;
@@ -73,17 +74,8 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
             is_modelled,
         });
     };
-    // Drift that was found together with the parameters has been tested, and so has the rest of it.
-    let is_drift = |unknown: &Unknown| matches!(unknown, Unknown::Drift(None, _));
-    let drifts = problem.unknowns.iter().any(is_drift);
-    match varying(rows, |row| row.time) {
-        Some(_) if drifts => {}
-        Some((times, span)) => check(TrendAlong::Time(span), times, false),
-        None if rows.is_empty() => {}
-        None => {
-            let order = (0..rows.len()).map(|i| i as f64).collect();
-            check(TrendAlong::Order, order, false);
-        }
+    if let Some((along, values)) = time(problem, rows) {
+        check(along, values, false);
     }
     if let Some((temperatures, span)) = varying(rows, |row| row.temperature) {
         check(TrendAlong::Temperature(span), temperatures, false);
@@ -112,11 +104,26 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
     }
 }
 
+/// Time or the order of the rows, unless it is known not to matter.
+fn time(problem: &Problem<'_>, rows: &[Probing]) -> Option<(TrendAlong, Vec<f64>)> {
+    // Drift that was found together with the parameters has been tested, and so has the rest of it.
+    let is_drift = |unknown: &Unknown| matches!(unknown, Unknown::Drift(None, _));
+    let drifts = problem.unknowns.iter().any(is_drift);
+    match varying(rows, |row| row.time) {
+        Some(_) if drifts => None,
+        Some((times, span)) => Some((TrendAlong::Time(span), times)),
+        None if rows.is_empty() => None,
+        None => Some((
+            TrendAlong::Order,
+            (0..rows.len()).map(|i| i as f64).collect(),
+        )),
+    }
+}
+
 /// A quantity of all rows and its span, if all have it and it is not the same in all.
 fn varying(rows: &[Probing], of: fn(&Probing) -> Option<f64>) -> Option<(Vec<f64>, f64)> {
     let values: Vec<f64> = rows.iter().map(of).collect::<Option<_>>()?;
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = extremes(values.iter().copied());
     (high > low).then_some((values, high - low))
 }
 

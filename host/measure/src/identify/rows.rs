@@ -5,6 +5,7 @@ use super::estimate::{Estimate, RowResult};
 use super::observed::{Observed, ObservedRow, moved, period};
 use super::unidentifiable::ProbedSpindle;
 use super::{IdentifyError, Unknown};
+use crate::extremes::extremes;
 use crate::formats::artefact::{Artefact, ArtefactBar};
 use crate::formats::observations::{Drift, Observations};
 use crate::formats::probings::Probings;
@@ -147,7 +148,6 @@ impl<'a> Problem<'a> {
         parameters: &[Parameter],
         base: &ErrorModel,
     ) -> Self {
-        let period = period(probings.rows.iter().map(|row| row.time));
         let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
         balls.sort_by_key(|b| &probings.balls[*b]);
         let coordinates = |b: usize| (0..3).map(move |i| Unknown::Ball(b, i));
@@ -172,7 +172,7 @@ impl<'a> Problem<'a> {
             nominal: probings.balls.iter().map(nominal).collect(),
             base: Box::new(base.clone()),
             observed: Observed::default(),
-            period,
+            period: period(probings.rows.iter().map(|row| row.time)),
             drift: Vec::new(),
             choice: Vec::new(),
             spindle: ProbedSpindle {
@@ -319,11 +319,19 @@ impl<'a> Problem<'a> {
         probed.chain(observed.map(|row| (&row.q, &row.situation)))
     }
 
+    /// The parameters among some of the unknowns, by index.
+    pub(super) fn parameters(&self, unknowns: impl IntoIterator<Item = usize>) -> Vec<Parameter> {
+        let unknowns = unknowns.into_iter().map(|i| self.unknowns[i]);
+        let parameter = |unknown| match unknown {
+            Unknown::Parameter(parameter) => Some(parameter),
+            _ => None,
+        };
+        unknowns.filter_map(parameter).collect()
+    }
+
     /// The range of an axis (by index) at all rows (mm or rad).
     pub(super) fn range(&self, axis: usize) -> [f64; 2] {
-        let at = || self.commands().map(|(q, _)| q[axis]);
-        let low = at().fold(f64::INFINITY, f64::min);
-        [low, at().fold(f64::NEG_INFINITY, f64::max)]
+        extremes(self.commands().map(|(q, _)| q[axis]))
     }
 
     /// The machine as known, with balls where the stylus was.

@@ -4,6 +4,7 @@ use super::candidates::{RotationForm, candidates};
 use super::identified::Solution;
 use super::snooping::deviations;
 use super::{Identified, Problem, Unknown};
+use crate::extremes::extremes;
 use nalgebra::DVector;
 use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -238,8 +239,8 @@ fn size(problem: &Problem<'_>, all: &[Parameter], taken: &[usize], values: &[f64
     };
     let places = (0..=PLACES).map(|k| low + (high - low) * k as f64 / PLACES as f64);
     let places = places.map(|q| value(q) - slope * (q - low));
-    let least = places.clone().fold(f64::INFINITY, f64::min);
-    places.fold(f64::NEG_INFINITY, f64::max) - least
+    let [least, most] = extremes(places);
+    most - least
 }
 
 impl fmt::Display for Lacking {

@@ -6,7 +6,7 @@ mod sentence;
 
 use super::Unknown;
 use super::identified::Identified;
-use super::noise::NoiseSource;
+use super::noise::{NoiseSource, sources};
 use super::rows::{EquationWeights, Problem};
 use crate::instrument::Kind;
 use groups::{DisplacementGroup, groups};
@@ -505,13 +505,6 @@ fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<f64> {
     let sigmas = probed.chain(problem.observed.rows.iter().map(|row| row.sigma));
     let rows = sources(problem).zip(sigmas);
     rows.map(|(source, sigma)| weight(source, sigma)).collect()
-}
-
-/// The source of noise of each probing, then of each observation.
-fn sources(problem: &Problem<'_>) -> impl Iterator<Item = NoiseSource> {
-    let probed = problem.places.iter().map(|_| NoiseSource::Probings);
-    let observed = problem.observed.rows.iter();
-    probed.chain(observed.map(|row| NoiseSource::Observations(row.kind)))
 }
 
 impl Outlier {

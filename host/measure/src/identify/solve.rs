@@ -12,7 +12,7 @@ use super::{
     IdentifyError, Outlier, Unknown, bars, misread, mistakes, root_mean_square, snoop, units,
 };
 use nalgebra::{DMatrix, Vector3};
-use trueaxis_model::errors::Parameter;
+use trueaxis_model::errors::{Covariance, Parameter};
 
 /// Options of an identification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -124,10 +124,9 @@ fn solve(problem: &Problem<'_>, options: IdentifyOptions) -> Result<Identified, 
     for number in 0..ROUNDS {
         let round = iteration.round(number)?;
         arrived = round.arrived;
-        if !arrived || !round.settled || number == 0 {
-            continue;
+        if arrived && round.settled && number > 0 {
+            return iteration.identified(round, &before, given_up);
         }
-        return iteration.identified(round, before, given_up);
     }
     if !arrived && iteration.left > FAR * at_start {
         return Err(not_converged(&iteration.misses));
@@ -216,34 +215,81 @@ impl GaussNewton<'_> {
         left.is_nan() || left > self.trusted(before) * (1.0 + STILL) || left > LARGEST_LENGTH
     }
 
+    /// Assembles the final result.
     fn identified(
         self,
         last: NewtonRound,
-        before: Vec<Vector3<f64>>,
+        before: &[Vector3<f64>],
         given_up: Vec<GivenUp>,
     ) -> Result<Identified, IdentifyError> {
-        if self.is_lost(&before) {
-            return Err(not_converged(&self.misses));
+        let (problem, misses) = (self.problem, &self.misses);
+        if self.is_lost(before) {
+            return Err(not_converged(misses));
         }
-        // Evaluate at the final solution, not where its last step began.
+        let (place, jacobian) = self.solution(last)?;
+        let Solution {
+            estimate,
+            weights,
+            factor,
+        } = &place;
+        let kept = factor.unknowns();
+        let seen = problem.parameters(kept.iter().copied());
+        let of_rows = factor.covariance(seen.len());
+        let of_rows = of_rows.ok_or_else(|| not_converged(misses))?;
+        let known = joined(problem, &place, &jacobian, &seen, of_rows)?;
+        let covariance = known.matrix.view((0, 0), (seen.len(), seen.len()));
+        let components = self.noise.components(misses, &self.shares);
+        let trusted = self.noise.trusted(misses, &self.shares);
+        let variances = factor.variances().unwrap_or_default();
+        let variance = |unknown: Unknown| {
+            let i = kept.iter().position(|i| problem.unknowns[*i] == unknown)?;
+            variances.get(i).copied()
+        };
+        let value = |p: &Parameter| estimate.errors.parameters.get(p).copied().unwrap_or(0.0);
+        Ok(Identified {
+            looked_for: problem.parameters(0..problem.unknowns.len()),
+            parameters: (seen.iter().enumerate())
+                .map(|(i, parameter)| Estimated {
+                    parameter: *parameter,
+                    value: value(parameter),
+                    uncertainty: covariance[(i, i)].sqrt(),
+                })
+                .collect(),
+            covariance: covariance.into_owned(),
+            unseen: given_up.into_iter().map(|g| g.unseen).collect(),
+            noise: components[0].noise,
+            of_stated: components[0].of_stated,
+            freedom: problem.equations() - kept.len(),
+            condition: factor.condition(),
+            bars: bars::checked(problem, (estimate, weights, factor), &jacobian),
+            rows: problem.rows(before, misses, &trusted),
+            observed: problem.observed.found(before, misses, &trusted),
+            setups: problem.observed.set_up(estimate, weights.least, &variance),
+            drift: problem.observed.drifts(&problem.drift, estimate, &variance),
+            thermal: changes(problem, estimate, &variance),
+
+            components,
+            errors: (*estimate.errors).clone(),
+            balls: estimate.balls.clone(),
+            stylus: estimate.stylus,
+            known,
+            place,
+        })
+    }
+
+    /// The solution, and the Jacobian there, not where its last step began.
+    fn solution(&self, last: NewtonRound) -> Result<(Solution, DMatrix<f64>), IdentifyError> {
         let is_elsewhere = last.moved * last.factor.condition() > ELSEWHERE * self.problem.lever();
         let (jacobian, factor) = match is_elsewhere {
             true => self.factored(&last.weights)?,
             false => (last.jacobian, last.factor),
         };
         let place = Solution {
-            estimate: self.estimate,
+            estimate: self.estimate.clone(),
             weights: last.weights,
             factor,
         };
-        let end = LastRound {
-            before,
-            misses: self.misses,
-            shares: self.shares,
-            noise: self.noise,
-            given_up,
-        };
-        identified(self.problem, place, end, &jacobian)
+        Ok((place, jacobian))
     }
 
     fn unsettled(&self, arrived: bool) -> IdentifyError {
@@ -259,105 +305,33 @@ impl GaussNewton<'_> {
     }
 }
 
-/// Residuals and related data of the last round.
-struct LastRound {
-    before: Vec<Vector3<f64>>,
-    misses: Vec<Vector3<f64>>,
-    /// Degrees of freedom of each source of noise.
-    shares: Vec<f64>,
-    noise: Noise,
-    given_up: Vec<GivenUp>,
-}
-
-/// Assembles the final result.
-fn identified(
+/// The covariance of all that is known, given that of the parameters `seen` by the measurements alone.
+fn joined(
     problem: &Problem<'_>,
-    place: Solution,
-    end: LastRound,
+    place: &Solution,
     jacobian: &DMatrix<f64>,
-) -> Result<Identified, IdentifyError> {
-    let LastRound {
-        before,
-        misses,
-        shares,
-        noise,
-        given_up,
-    } = end;
+    seen: &[Parameter],
+    of_rows: DMatrix<f64>,
+) -> Result<Covariance, IdentifyError> {
     let Solution {
         estimate,
         weights,
         factor,
-    } = &place;
-    let kept = factor.unknowns();
-    let freedom = problem.equations() - kept.len();
-    let seen: Vec<Parameter> = (kept.iter())
-        .filter_map(|i| match problem.unknowns[*i] {
-            Unknown::Parameter(parameter) => Some(parameter),
-            _ => None,
-        })
-        .collect();
-    let of_rows = factor.covariance(seen.len());
-    let of_rows = of_rows.ok_or_else(|| not_converged(&misses))?;
-    let before_that = problem.base.covariance().without(&seen);
-    let others = before_that.parameters.iter();
+    } = place;
+    let before = problem.base.covariance().without(seen);
+    let others = before.parameters.iter();
     let others: Vec<Unknown> = others.map(|p| Unknown::Parameter(*p)).collect();
     let others = problem.derivatives(&others, estimate, weights);
     // Errors of previously known parameters shift those identified with them, as far as they can absorb them.
-    let mut pull = DMatrix::zeros(seen.len(), others.ncols());
-    for (mut pull, column) in pull.column_iter_mut().zip(others.column_iter()) {
-        let step = factor.step(&jacobian.tr_mul(&column));
-        let step = step.ok_or(IdentifyError::NotFinite)?;
-        for (pull, i) in pull.iter_mut().zip(kept) {
-            *pull = step[*i];
-        }
-    }
+    let pull = factor.absorbed(jacobian, others.column_iter());
+    let pull = pull.ok_or(IdentifyError::NotFinite)?;
+    let pull = pull.rows(0, seen.len()).into_owned();
     // So do the values of tables, which are no parameters: their part is in the covariance of what was found.
     let by_tables = problem.by_tables((estimate, weights, factor), jacobian);
     let by_tables = by_tables.ok_or(IdentifyError::NotFinite)?;
     let by_tables = by_tables.rows(0, seen.len());
     let of_rows = of_rows + by_tables * by_tables.transpose();
-    let known = before_that.joined(&seen, &of_rows, &pull);
-    let covariance = known.matrix.view((0, 0), (seen.len(), seen.len()));
-    let components = noise.components(&misses, &shares);
-    let trusted = noise.trusted(&misses, &shares);
-    let variances = factor.variances().unwrap_or_default();
-    let variance = |unknown: Unknown| {
-        let i = kept.iter().position(|i| problem.unknowns[*i] == unknown)?;
-        variances.get(i).copied()
-    };
-    let value = |p: &Parameter| estimate.errors.parameters.get(p).copied().unwrap_or(0.0);
-    let looked_for = problem.unknowns.iter().filter_map(|unknown| match unknown {
-        Unknown::Parameter(parameter) => Some(*parameter),
-        _ => None,
-    });
-    Ok(Identified {
-        looked_for: looked_for.collect(),
-        parameters: (seen.iter().enumerate())
-            .map(|(i, parameter)| Estimated {
-                parameter: *parameter,
-                value: value(parameter),
-                uncertainty: covariance[(i, i)].sqrt(),
-            })
-            .collect(),
-        covariance: covariance.into_owned(),
-        unseen: given_up.into_iter().map(|g| g.unseen).collect(),
-        noise: components[0].noise,
-        of_stated: components[0].of_stated,
-        freedom,
-        condition: factor.condition(),
-        bars: bars::checked(problem, (estimate, weights, factor), jacobian),
-        rows: problem.rows(&before, &misses, &trusted),
-        observed: problem.observed.found(&before, &misses, &trusted),
-        setups: problem.observed.set_up(estimate, weights.least, &variance),
-        drift: problem.observed.drifts(&problem.drift, estimate, &variance),
-        thermal: changes(problem, estimate, &variance),
-        components,
-        errors: (*place.estimate.errors).clone(),
-        balls: place.estimate.balls.clone(),
-        stylus: place.estimate.stylus,
-        known,
-        place,
-    })
+    Ok(before.joined(seen, &of_rows, &pull))
 }
 
 /// The changes with temperature, as found.

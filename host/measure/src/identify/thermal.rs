@@ -222,7 +222,8 @@ impl<'p> ThermalSearch<'p> {
         log: &'p Temperatures,
         candidates: &[Parameter],
     ) -> Result<Self, ThermalError> {
-        let candidates: Vec<Parameter> = (candidates.iter().copied())
+        let candidates = candidates.iter().copied();
+        let candidates: Vec<Parameter> = candidates
             .filter(|p| p.kind != ParameterKind::Backlash)
             .collect();
         if candidates.is_empty() {
@@ -374,10 +375,7 @@ impl<'p> ThermalSearch<'p> {
         let mut removed: Vec<(String, Vec<String>)> = Vec::new();
         let mut least = best;
         let mut needed: Vec<(usize, f64, usize)> = Vec::new();
-        loop {
-            let Some((certain, g, k)) = self.least_certain(groups, &needed) else {
-                break;
-            };
+        while let Some((certain, g, k)) = self.least_certain(groups, &needed) {
             let mut fewer = groups.clone();
             let parameter = fewer[g].parameters.remove(k);
             let score = self.score(&fewer);

@@ -228,28 +228,19 @@ impl<'a> Setup<'a> {
             parallel::map(&rows, |row| {
                 (self.touched(row)).map_err(|reason| Box::new((row.clone(), reason)))
             });
-        let first = reached
-            .iter()
-            .find_map(|r| r.as_ref().err().map(|why| (**why).clone()));
+        let failed = reached.iter().find_map(|r| r.as_ref().err());
+        let first = failed.map(|why| (**why).clone());
         let mut rows: Vec<Probing> = reached.into_iter().filter_map(Result::ok).collect();
         rows = varied(rows, &allowed.spindle, |row, v| row.spindle = v);
         if allowed.spindle.iter().any(|s| *s != 0.0) {
             // A stylus that is off centre moves with the spindle.
-            rows = (rows.iter())
-                .filter_map(|row| self.touched(row).ok())
-                .collect();
+            let touched = rows.iter().filter_map(|row| self.touched(row).ok());
+            rows = touched.collect();
         }
         for (i, directions) in allowed.directions.iter().enumerate() {
             rows = varied(rows, directions, |row, v| row.direction[i] = v);
         }
-        let is_without = |row: &Probing| {
-            allowed.without.iter().any(|(ball, other)| {
-                *ball == self.balls[row.ball]
-                    && row.spindle == other.spindle
-                    && row.position == other.position
-            })
-        };
-        rows.retain(|row| self.has_run_up(row) && !is_without(row));
+        rows.retain(|row| self.has_run_up(row) && !self.is_left_out(row, allowed));
         let mut random = Pcg64Mcg::seed_from_u64(1);
         if rows.len() > MANY {
             rows.shuffle(&mut random);
@@ -257,6 +248,14 @@ impl<'a> Setup<'a> {
         }
         let balls = self.balls.clone();
         (Probings { balls, rows }, first)
+    }
+
+    fn is_left_out(&self, row: &Probing, allowed: &Allowed) -> bool {
+        allowed.without.iter().any(|(ball, other)| {
+            *ball == self.balls[row.ball]
+                && row.spindle == other.spindle
+                && row.position == other.position
+        })
     }
 
     /// A row at the centre of its ball.

@@ -159,18 +159,9 @@ const TURN: f64 = 360.0;
 /// # Errors
 /// [`SetError`].
 pub fn positions(setup: &Setup<'_>, set: Set) -> Result<SetPositions, SetError> {
-    let machine = setup.machine;
-    let own = rotary(machine, set)?;
+    let own = rotary(setup.machine, set)?;
     let (listed, listed_axes) = set.listed().map_err(SetError::Listed)?;
-    let extent = |axis: usize| {
-        let all = listed.rows.iter().map(|row| row.position[axis]);
-        all.fold([0.0_f64; 2], |[low, high], p| [low.min(p), high.max(p)])
-    };
-    let axes = ListedAxes {
-        own,
-        listed: listed_axes,
-        extents: listed_axes.map(extent),
-    };
+    let axes = ListedAxes::new(own, listed_axes, &listed);
     let mut found = SetPositions {
         plan: Probings {
             balls: setup.balls.clone(),
@@ -212,6 +203,18 @@ struct ListedAxes {
 }
 
 impl ListedAxes {
+    fn new(own: [usize; 2], listed: [usize; 2], list: &Probings) -> Self {
+        let extent = |axis: usize| {
+            let all = list.rows.iter().map(|row| row.position[axis]);
+            all.fold([0.0_f64; 2], |[low, high], p| [low.min(p), high.max(p)])
+        };
+        Self {
+            own,
+            listed,
+            extents: listed.map(extent),
+        }
+    }
+
     /// A row of the list as the machine takes it.
     fn taken(&self, setup: &Setup<'_>, ball: usize, row: &Probing) -> Probing {
         let machine = setup.machine;

@@ -54,9 +54,7 @@ pub fn steps(setup: &Setup<'_>, plan: &Probings) -> Result<Vec<ProbingStep>, Not
     let linear = |position: &PerAxis| target(machine, position, is_linear);
     let mut steps = Vec::new();
     let mut course = Course::new(setup);
-    let mut last: Option<PerAxis> = None;
-    let mut came = PerAxis::default();
-    let mut turned = None;
+    let (mut last, mut came, mut turned) = (None, PerAxis::default(), None);
     for (number, (row, touching)) in plan.rows.iter().zip(&touchings).enumerate() {
         let Touching { away, above, .. } = touching;
         let begin = steps.len();
@@ -77,9 +75,8 @@ pub fn steps(setup: &Setup<'_>, plan: &Probings) -> Result<Vec<ProbingStep>, Not
         course.follow(&steps[begin..]);
         let begin = steps.len();
         let mut ways = ways(machine, &turn, away);
-        let way = ways
-            .iter()
-            .position(|way| course.is_clear(way, &plan.balls[row.ball]));
+        let ball = &plan.balls[row.ball];
+        let way = ways.iter().position(|way| course.is_clear(way, ball));
         // If there is none, `collision` finds what meets on the usual one.
         steps.append(&mut ways.swap_remove(way.unwrap_or(0)));
         steps.extend(touch_moves(touching, linear));

@@ -10,7 +10,7 @@ use toml::Spanned;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense};
 use trueaxis_model::formats::{csv, units};
-use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::machine::{Axis, Machine, PerAxis};
 use trueaxis_model::source::{Exactly, FileError};
 
 #[derive(Deserialize)]
@@ -72,6 +72,23 @@ impl RunHeading {
     }
 }
 
+/// A position (mm or rad) in the travel of an axis.
+fn commanded(axis: &Axis, value: &Spanned<f64>) -> Result<f64, FileError> {
+    let [low, high] = axis.travel;
+    let value_mm = *value.get_ref();
+    if !(low..=high).contains(&value_mm) {
+        return Err(at(
+            value.span(),
+            format!(
+                "{} = {value_mm} is outside the travel of {low} to {high}",
+                axis.letter
+            ),
+            "correct the position, or the range of the axis in the machine file",
+        ));
+    }
+    Ok(axis.to_kinematic(value_mm))
+}
+
 fn missing(key: &str) -> FileError {
     FileError::whole(
         format!("the file does not say `{key}`"),
@@ -82,6 +99,9 @@ fn missing(key: &str) -> FileError {
 fn at(span: Range<usize>, message: String, remedy: impl Into<String>) -> FileError {
     FileError::at(span, message, "here", remedy)
 }
+
+/// An axis that moves, and what is read then.
+type AxisReading<'a> = (&'a Spanned<String>, &'a Spanned<String>);
 
 impl RunEntries {
     fn heading(&self, machine: &Machine, needs_place: bool) -> Result<RunHeading, FileError> {
@@ -121,8 +141,7 @@ impl RunEntries {
         })
     }
 
-    /// The axes that move, with the reading of each.
-    fn lines(&self) -> Result<Vec<(&Spanned<String>, &Spanned<String>)>, FileError> {
+    fn lines(&self) -> Result<Vec<AxisReading<'_>>, FileError> {
         match (&self.axis, &self.reads, &self.reads_along) {
             (Some(axis), Some(reads), None) => Ok(vec![(axis, reads)]),
             (None, None, Some(both)) if both.get_ref().len() == 2 => {
@@ -253,19 +272,7 @@ impl RunEntries {
                     "say where the other axes stood",
                 ));
             }
-            let [low, high] = axis.travel;
-            let value_mm = *value.get_ref();
-            if !(low..=high).contains(&value_mm) {
-                return Err(at(
-                    value.span(),
-                    format!(
-                        "{} = {value_mm} is outside the travel of {low} to {high}",
-                        axis.letter
-                    ),
-                    "correct the position, or the range of the axis in the machine file",
-                ));
-            }
-            position[index] = axis.to_kinematic(value_mm);
+            position[index] = commanded(axis, value)?;
             given[index] = true;
         }
         // Linear positions do not matter for angles.
