@@ -198,10 +198,9 @@ pub(super) fn apart(stated: Option<&Spanned<f64>>) -> Result<Option<f64>, FileEr
     };
     match (0.1..FAR).contains(&apart.get_ref().abs()) {
         true => Ok(Some(*apart.get_ref())),
-        false => Err(FileError::at(
+        false => Err(FileError::here(
             apart.span(),
             format!("sensors cannot be {} mm apart", apart.get_ref()),
-            "here",
             "write how far X2 and Y2 are from X1 and Y1 in +Z, in mm",
         )),
     }
@@ -219,29 +218,25 @@ impl DisplacementHeading {
                 "X" => Ok(Test::Axis('X')),
                 "Y" => Ok(Test::Axis('Y')),
                 "Z" => Ok(Test::Axis('Z')),
-                name => Err(FileError::at(
+                name => Err(FileError::here(
                     axis.span(),
                     format!("`{name}` is not a linear axis with sensors along it"),
-                    "here",
                     "write # axis = \"X\", \"Y\" or \"Z\"",
                 )),
             },
-            ("axis", None) => Err(FileError::at(
+            ("axis", None) => Err(FileError::here(
                 test.span(),
                 "the file does not say which axis moved",
-                "here",
                 "add # axis = \"X\"",
             )),
-            ("environment" | "spindle", Some(axis)) => Err(FileError::at(
+            ("environment" | "spindle", Some(axis)) => Err(FileError::here(
                 axis.span(),
                 "no axis moves in this test",
-                "here",
                 "leave out `axis`, or write # test = \"axis\"",
             )),
-            (name, _) => Err(FileError::at(
+            (name, _) => Err(FileError::here(
                 test.span(),
                 format!("`{name}` is not a known test"),
-                "here",
                 HEADING,
             )),
         }
@@ -254,7 +249,7 @@ impl DisplacementHeading {
         let ends = [readings.first(), readings.last()].map(|r| r.map_or(0.0, |r| r.time));
         match (ends[0]..=ends[1]).contains(stop.get_ref()) {
             true => Ok(Some(*stop.get_ref())),
-            false => Err(FileError::at(
+            false => Err(FileError::here(
                 stop.span(),
                 format!(
                     "nothing was read at {} s: the readings are from {} to {} s",
@@ -262,7 +257,6 @@ impl DisplacementHeading {
                     ends[0],
                     ends[1]
                 ),
-                "here",
                 "write the time at which the motion stopped, or leave it out",
             )),
         }

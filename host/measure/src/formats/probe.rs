@@ -116,7 +116,7 @@ struct LobeEntry {
 const REMEDY: &str = "give the file that `trueaxis qualify` has written for this machine";
 
 fn wrong<T>(span: Range<usize>) -> Result<T, FileError> {
-    Err(FileError::at(span, "no probe is like this", "here", REMEDY))
+    Err(FileError::here(span, "no probe is like this", REMEDY))
 }
 
 impl ProbeEntries {

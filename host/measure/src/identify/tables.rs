@@ -71,6 +71,7 @@ mod tests {
     use crate::formats::observations::{self, Observations};
     use crate::formats::probings::Probings;
     use crate::identify::{Identified, IdentifyOptions, identify};
+    use nalgebra::DVector;
     use std::fmt::Write;
     use trueaxis_model::errors::ErrorModel;
     use trueaxis_model::errors::Table;

@@ -160,7 +160,7 @@ impl ProbedRows<'_> {
             let same = plan.rows.iter().position(|r| r.ball == row.ball);
             let first = same.unwrap_or(number);
             if !missing.is_empty() && (centres[number] - centres[first]).norm() > ELSEWHERE {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     self.log[PER_BALL * number].span.clone(),
                     format!(
                         "{} is elsewhere than in line {} of the plan, and touches are missing: {}",
@@ -168,7 +168,6 @@ impl ProbedRows<'_> {
                         plan.rows[first].line,
                         missing.join(", ")
                     ),
-                    "here",
                     "give the plan from which the program was written",
                 ));
             }

@@ -101,7 +101,7 @@ fn misplaced(
             "this is the log of another plan, or touches are missing above: give the plan from which the program was written",
         )
     };
-    FileError::at(span, message, "here", remedy)
+    FileError::here(span, message, remedy)
 }
 
 /// A rotary axis that is not where a row has it.

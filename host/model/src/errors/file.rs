@@ -80,9 +80,11 @@ impl<'de> Deserialize<'de> for ThermalEntries {
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("{ per_kelvin, sensor, reference_celsius }, or a list of them")
             }
+
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ThermalEntries, A::Error> {
                 ThermalEntry::deserialize(MapAccessDeserializer::new(map)).map(ThermalEntries::One)
             }
+
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<ThermalEntries, A::Error> {
                 Vec::deserialize(SeqAccessDeserializer::new(seq)).map(ThermalEntries::Several)
             }
@@ -218,10 +220,9 @@ impl ErrorModel {
             let parameter = known(name, machine)?;
             let v = *value.get_ref();
             if !v.is_finite() || v < 0.0 {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     value.span(),
                     format!("the standard uncertainty of {parameter} is negative or not a number"),
-                    "here",
                     "write a value of 0 or more, in the parameter's unit",
                 ));
             }
@@ -231,7 +232,7 @@ impl ErrorModel {
             let parameter = known(name, machine)?;
             let um = *effect.get_ref();
             let bad = |message: String, remedy: &str| {
-                Err(FileError::at(effect.span(), message, "here", remedy))
+                Err(FileError::here(effect.span(), message, remedy))
             };
             if !um.is_finite() || um < 0.0 {
                 return bad(
@@ -348,10 +349,9 @@ fn unit(component: usize) -> &'static str {
 
 fn unphysical(span: Range<usize>, name: &str, component: usize) -> FileError {
     let (limit, unit) = (limit(component), unit(component));
-    FileError::at(
+    FileError::here(
         span,
         format!("{name} cannot be physical: not a finite number, or over {limit} {unit}"),
-        "here",
         format!("{MM_AND_RAD}; coefficients are per mm or rad to their degree"),
     )
 }

@@ -40,11 +40,11 @@ pub fn read(text: &str) -> Result<MeasuredMotion, FileError> {
         let columns = row.cells.len();
         if !(2..=3).contains(&columns) {
             let message = format!("the row has {columns} columns, not two or three");
-            return Err(FileError::at(row.span, message, "here", REMEDY));
+            return Err(FileError::here(row.span, message, REMEDY));
         }
         if let Some(named) = named.filter(|named| *named != columns) {
             let message = format!("the row has {columns} columns, the header {named}");
-            return Err(FileError::at(row.span, message, "here", REMEDY));
+            return Err(FileError::here(row.span, message, REMEDY));
         }
         let at = row.increasing(
             0,

@@ -184,10 +184,9 @@ impl MachineFile {
         if (1e-3..=10.0).contains(&ms) {
             return Ok(ms * 1e-3);
         }
-        Err(FileError::at(
+        Err(FileError::here(
             period.span(),
             format!("a servo period of {ms} ms is not between 0.001 and 10 ms"),
-            "here",
             "write the period of the controller's servo loop in ms",
         ))
     }
@@ -221,10 +220,9 @@ impl MachineFile {
     fn name(&self) -> Result<String, FileError> {
         let name = self.name.get_ref();
         if name.is_empty() || name.len() > 64 {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 self.name.span(),
                 "the machine's name is empty or longer than 64 bytes",
-                "here",
                 "give a short name: error files and blobs refer to it",
             ));
         }
@@ -263,10 +261,9 @@ impl ToolEntry {
         };
         let [low, high] = finite(range)?;
         if low < 0.0 || low >= high {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 range.span(),
                 "the range of the tool length is empty or negative",
-                "here",
                 "write [shortest, longest] in mm, measured along the tool axis from the spindle frame",
             ));
         }
@@ -359,10 +356,9 @@ fn read_axis(entry: &MachineAxisEntry) -> Result<Axis, FileError> {
     let modulo = match &entry.modulo {
         Some(flag) if *flag.get_ref() => {
             if !letter.is_rotary() {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     flag.span(),
                     format!("axis {letter} is linear and cannot be modulo"),
-                    "here",
                     "remove modulo, or set it to false",
                 ));
             }
@@ -404,10 +400,9 @@ fn positive(value: &Option<Spanned<f64>>, default: f64) -> Result<f64, FileError
         Some(v) if v.get_ref().is_finite() && *v.get_ref() > 0.0 && *v.get_ref() < 1e6 => {
             Ok(*v.get_ref())
         }
-        Some(v) => Err(FileError::at(
+        Some(v) => Err(FileError::here(
             v.span(),
             "this must be a positive number",
-            "here",
             "write a finite value above 0 (mm or deg, per s or s²)",
         )),
     }

@@ -5,7 +5,6 @@ use crate::direct::MeasurementSetup;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::ops::Range;
 use toml::Spanned;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense};
@@ -77,7 +76,7 @@ fn commanded(axis: &Axis, value: &Spanned<f64>) -> Result<f64, FileError> {
     let [low, high] = axis.travel;
     let value_mm = *value.get_ref();
     if !(low..=high).contains(&value_mm) {
-        return Err(at(
+        return Err(FileError::here(
             value.span(),
             format!(
                 "{} = {value_mm} is outside the travel of {low} to {high}",
@@ -96,10 +95,6 @@ fn missing(key: &str) -> FileError {
     )
 }
 
-fn at(span: Range<usize>, message: String, remedy: impl Into<String>) -> FileError {
-    FileError::at(span, message, "here", remedy)
-}
-
 /// An axis that moves, and what is read then.
 type AxisReading<'a> = (&'a Spanned<String>, &'a Spanned<String>);
 
@@ -110,7 +105,7 @@ impl RunEntries {
             .as_ref()
             .filter(|n| *n.get_ref() != machine.name)
         {
-            return Err(at(
+            return Err(FileError::here(
                 name.span(),
                 format!(
                     "this was measured on `{}`, the machine is `{}`",
@@ -130,7 +125,7 @@ impl RunEntries {
         };
         let angular = setups[0].is_angular();
         let factor = units::factor(unit.get_ref(), angular)
-            .map_err(|(message, remedy)| at(unit.span(), message, remedy))?;
+            .map_err(|(message, remedy)| FileError::here(unit.span(), message, remedy))?;
         Ok(RunHeading {
             square,
             readings: Readings {
@@ -147,12 +142,12 @@ impl RunEntries {
             (None, None, Some(both)) if both.get_ref().len() == 2 => {
                 Ok(both.get_ref().iter().collect())
             }
-            (None, None, Some(both)) => Err(at(
+            (None, None, Some(both)) => Err(FileError::here(
                 both.span(),
                 format!("a square has two lines, not {}", both.get_ref().len()),
                 "write # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }",
             )),
-            (_, _, Some(both)) => Err(at(
+            (_, _, Some(both)) => Err(FileError::here(
                 both.span(),
                 "a square has no other axis or direction than those along its lines".to_owned(),
                 "keep reads_along, or axis and reads",
@@ -164,11 +159,13 @@ impl RunEntries {
 
     fn are_positions(&self, setup: &MeasurementSetup) -> Result<bool, FileError> {
         match &self.reads_position {
-            Some(positions) if *positions.get_ref() && !setup.is_positioning() => Err(at(
-                positions.span(),
-                "this reading does not follow the axis that moves".to_owned(),
-                "leave out reads_position: it is for readings in the direction of the axis itself",
-            )),
+            Some(positions) if *positions.get_ref() && !setup.is_positioning() => {
+                Err(FileError::here(
+                    positions.span(),
+                    "this reading does not follow the axis that moves".to_owned(),
+                    "leave out reads_position: it is for readings in the direction of the axis itself",
+                ))
+            }
             positions => Ok(positions.as_ref().is_some_and(|p| *p.get_ref())),
         }
     }
@@ -199,7 +196,7 @@ impl RunEntries {
                 .norm()
                 < 0.1
         {
-            return Err(at(
+            return Err(FileError::here(
                 reads.span(),
                 "the two axes move in the same direction".to_owned(),
                 "give two axes that are across each other",
@@ -218,7 +215,7 @@ impl RunEntries {
         };
         let Exactly(xyz) = *offset.get_ref();
         if xyz.iter().any(|v| !v.is_finite() || v.abs() > FAR) {
-            return Err(at(
+            return Err(FileError::here(
                 offset.span(),
                 "the measured point is nowhere near the tool".to_owned(),
                 "write x, y and z from the tool tip to the measured point, in mm",
@@ -235,7 +232,7 @@ impl RunEntries {
             "keep" => true,
             "remove" => false,
             other => {
-                return Err(at(
+                return Err(FileError::here(
                     slope.span(),
                     format!("`{other}` cannot be done with a slope"),
                     "write keep if the straightedge was aligned with another axis, remove if it lay somehow",
@@ -243,7 +240,7 @@ impl RunEntries {
             }
         };
         if !setup.is_straightness(machine) {
-            return Err(at(
+            return Err(FileError::here(
                 slope.span(),
                 "only a straightness has a slope that may be of the straightedge".to_owned(),
                 "leave out slope",
@@ -266,7 +263,7 @@ impl RunEntries {
             let index = index(name, machine)?;
             let axis = &machine.axes[index];
             if index == setup.moved && !square {
-                return Err(at(
+                return Err(FileError::here(
                     name.span(),
                     format!("{} is the axis that moves", axis.letter),
                     "say where the other axes stood",
@@ -294,7 +291,7 @@ impl RunEntries {
             "add {letter} to # at = {{ … }}: the measured line has a place, and angular motions a lever to it"
         );
         match &self.at {
-            Some(entry) => at(entry.span(), message, remedy),
+            Some(entry) => FileError::here(entry.span(), message, remedy),
             None => FileError::whole(message, remedy),
         }
     }
@@ -307,7 +304,7 @@ impl RunEntries {
     ) -> Result<Option<f64>, FileError> {
         let [a, b] = setups else {
             return match &self.square_urad {
-                Some(over) => Err(at(
+                Some(over) => Err(FileError::here(
                     over.span(),
                     "only a square has an error of its own".to_owned(),
                     "leave out square_urad",
@@ -318,7 +315,7 @@ impl RunEntries {
         let span = self.reads_along.as_ref().map_or(0..0, Spanned::span);
         if a.sense != Sense::In(b.moved) || b.sense != Sense::In(a.moved) {
             let [x, y] = [a.moved, b.moved].map(|i| machine.axes[i].letter);
-            return Err(at(
+            return Err(FileError::here(
                 span,
                 "along each line of a square, the direction of the other is read".to_owned(),
                 format!(
@@ -331,7 +328,7 @@ impl RunEntries {
         };
         let urad = *over.get_ref();
         if !urad.is_finite() || urad.abs() > SQUARE {
-            return Err(at(
+            return Err(FileError::here(
                 over.span(),
                 "no square is that wrong".to_owned(),
                 "write what its angle is more than 90°, in µrad",
@@ -347,10 +344,10 @@ fn moving_sense(
     moved: usize,
     machine: &Machine,
 ) -> Result<(Sense, f64), FileError> {
-    let (sense, counts) =
-        sense(reads.get_ref(), machine).map_err(|message| at(reads.span(), message, DIRECTIONS))?;
+    let (sense, counts) = sense(reads.get_ref(), machine)
+        .map_err(|message| FileError::here(reads.span(), message, DIRECTIONS))?;
     if matches!(sense, Sense::About(about) if about != moved) {
-        return Err(at(
+        return Err(FileError::here(
             reads.span(),
             format!(
                 "{} is not about {}, which moves",
@@ -370,7 +367,7 @@ fn index(name: &Spanned<String>, machine: &Machine) -> Result<usize, FileError> 
         (Some(index), None) => Ok(index),
         _ => {
             let letters: Vec<String> = machine.axes.iter().map(|a| a.letter.to_string()).collect();
-            Err(at(
+            Err(FileError::here(
                 name.span(),
                 format!("the machine has no axis `{}`", name.get_ref()),
                 format!("{} has the axes {}", machine.name, letters.join(" ")),

@@ -83,16 +83,14 @@ pub(crate) fn read_square(
 
 fn enough(targets: &[f64], all: Range<usize>, what: &str) -> Result<(), FileError> {
     match targets.len() {
-        0 | 1 => Err(FileError::at(
+        0 | 1 => Err(FileError::here(
             all,
             format!("{what} has {} targets, not at least two", targets.len()),
-            "here",
             "write a line for each target position",
         )),
-        n if n > MAX_TARGETS => Err(FileError::at(
+        n if n > MAX_TARGETS => Err(FileError::here(
             all,
             format!("{what} has {n} targets, more than {MAX_TARGETS}"),
-            "here",
             "leave out targets between which the error is a straight line within its uncertainty",
         )),
         _ => Ok(()),

@@ -81,10 +81,9 @@ fn is_covariance(
     for (i, row) in rows.iter().enumerate() {
         let (variance, span) = &row[i];
         if *variance < 0.0 {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 span.clone(),
                 format!("the variance of {} is below 0", name(i)),
-                "here",
                 "write the square of its standard uncertainty",
             ));
         }
@@ -106,14 +105,13 @@ fn is_covariance(
                 ));
             }
             if a.abs() > largest * (1.0 + SAME) {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     span.clone(),
                     format!(
                         "{} and {} would be correlated by more than 1",
                         name(i),
                         name(j)
                     ),
-                    "here",
                     "a covariance is at most the product of both standard uncertainties",
                 ));
             }

@@ -24,10 +24,9 @@ impl ErrorModel {
         if let Some(left) = &entry.thermal_um {
             let um = *left.get_ref();
             if !(0.0..=MOST_THERMAL).contains(&um) {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     left.span(),
                     format!("thermal_um is not a number from 0 to {MOST_THERMAL}"),
-                    "here",
                     "write in µm the error beside the thermal changes, as identify does, or leave it out",
                 ));
             }
@@ -37,10 +36,9 @@ impl ErrorModel {
             let Some(misfit) = entry else { return Ok(None) };
             let value = *misfit.get_ref();
             if !value.is_finite() || value < 0.0 {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     misfit.span(),
                     format!("{name} is negative or not a number"),
-                    "here",
                     format!("write {what} (rms), as identify does, or leave it out"),
                 ));
             }

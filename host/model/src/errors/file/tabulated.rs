@@ -91,26 +91,24 @@ impl TabulatedEntry {
             Uncertainty::Each(values) => values.clone(),
         };
         if values.len() != count {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 given.span(),
                 format!(
                     "{name} has {count} positions and {} standard uncertainties",
                     values.len()
                 ),
-                "here",
                 "write one for each position, or one number for all",
             ));
         }
         let factor = self.factor(component)?;
         let values: Vec<f64> = values.into_iter().map(|v| v * factor).collect();
         if let Some(k) = values.iter().position(|v| v.is_nan() || *v < 0.0) {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 given.span(),
                 format!(
                     "standard uncertainty {} of {name} is negative or not a number",
                     k + 1
                 ),
-                "here",
                 "write values of 0 or more, in the unit of the values",
             ));
         }
@@ -159,10 +157,9 @@ fn table(
     }
     let increases = |w: &[f64]| w[0] < w[1];
     if let Some(k) = table.at.windows(2).position(|w| !increases(w)) {
-        return Err(FileError::at(
+        return Err(FileError::here(
             place,
             format!("the positions of {name} do not increase at entry {}", k + 2),
-            "here",
             "sort the positions and give each only once",
         ));
     }
@@ -171,10 +168,9 @@ fn table(
         .iter()
         .any(|a| a.is_nan() || a.abs() > MAX_POSITION)
     {
-        return Err(FileError::at(
+        return Err(FileError::here(
             place,
             format!("a position of {name} is not a finite number, or over {MAX_POSITION}"),
-            "here",
             "positions are in mm and degrees",
         ));
     }
@@ -185,10 +181,9 @@ fn table(
         let span = written.get(k).unwrap_or(&place);
         if values.len() != table.at.len() || table.at.len() < 2 {
             let (positions, values) = (table.at.len(), values.len());
-            return Err(FileError::at(
+            return Err(FileError::here(
                 span.clone(),
                 format!("{name} has {positions} positions and {values} values"),
-                "here",
                 "write as many values as positions, at least two, with decimal points",
             ));
         }
@@ -215,10 +210,9 @@ fn from_file(
 ) -> Result<Table, FileError> {
     let others = [&entry.at, &entry.value, &entry.positive, &entry.negative];
     if let Some(other) = others.into_iter().flatten().next() {
-        return Err(FileError::at(
+        return Err(FileError::here(
             other.span(),
             format!("{name} is given both in a file and here"),
-            "here",
             "keep one of the two",
         ));
     }
@@ -256,10 +250,9 @@ fn written(
     spanned: &Spanned<TabulatedEntry>,
 ) -> Result<Table, FileError> {
     let Some(at) = &entry.at else {
-        return Err(FileError::at(
+        return Err(FileError::here(
             spanned.span(),
             format!("{name} has no positions"),
-            "here",
             "write at = […] and value = […], or file = \"….csv\" and unit = \"um\"",
         ));
     };
@@ -294,10 +287,9 @@ fn written(
 }
 
 fn directions(span: Range<usize>, message: String) -> FileError {
-    FileError::at(
+    FileError::here(
         span,
         message,
-        "here",
         "write value = […], or positive = […] and negative = […] for the two directions of travel",
     )
 }

@@ -33,10 +33,9 @@ impl CsvLine<'_> {
         let Some((at, name)) = found else {
             return Ok(());
         };
-        Err(FileError::at(
+        Err(FileError::here(
             self.place(&line[at..=at]),
             format!("the columns are separated by {name}"),
-            "here",
             "separate the columns with commas, and write numbers with a decimal point: 12.5,-3",
         ))
     }
