@@ -80,11 +80,9 @@ impl<'de> Deserialize<'de> for ThermalEntries {
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("{ per_kelvin, sensor, reference_celsius }, or a list of them")
             }
-
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ThermalEntries, A::Error> {
                 ThermalEntry::deserialize(MapAccessDeserializer::new(map)).map(ThermalEntries::One)
             }
-
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<ThermalEntries, A::Error> {
                 Vec::deserialize(SeqAccessDeserializer::new(seq)).map(ThermalEntries::Several)
             }
@@ -228,6 +226,10 @@ impl ErrorModel {
             }
             self.standard_uncertainty.insert(parameter, v);
         }
+        self.read_unseen(file, machine)
+    }
+
+    fn read_unseen(&mut self, file: &ErrorsFile, machine: &Machine) -> Result<(), FileError> {
         for (name, effect) in &file.unseen {
             let parameter = known(name, machine)?;
             let um = *effect.get_ref();
@@ -250,6 +252,21 @@ impl ErrorModel {
         }
         Ok(())
     }
+}
+
+/// The text of a CSV file that is named in the error file.
+fn beside(
+    name: &Spanned<String>,
+    read: &dyn Fn(&str) -> Result<String, String>,
+) -> Result<String, FileError> {
+    read(name.get_ref()).map_err(|cause| {
+        FileError::at(
+            name.span(),
+            cause,
+            "this file",
+            "give the path of a CSV file, as seen from the folder of the error file",
+        )
+    })
 }
 
 /// Parses the name of a parameter that the machine can have.
@@ -406,6 +423,15 @@ impl PartKind<'_> {
 }
 
 impl ErrorModel {
+    /// The position itself, or the end of the known range where a motion holds its value beyond it.
+    fn at_known(&self, index: usize, component: usize, q: f64) -> f64 {
+        let [low, high] = self.calibrated[index];
+        match self.motions[index][component].holds() {
+            true => q.max(low).min(high),
+            false => q,
+        }
+    }
+
     /// The parts of one error motion.
     fn parts(
         &self,

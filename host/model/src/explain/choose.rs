@@ -78,12 +78,10 @@ fn constant<'o>(
                 others.map(move |moved| (aligned, moved))
             });
             let wanted = pairs.filter(|(aligned, _)| with.is_none_or(|with| with == *aligned));
-            largest(wanted.map(|(aligned, moved)| {
-                bench.square(aligned, moved, bench.span(moved, bench.travel(moved)))
-            }))
+            let squares = wanted.map(|(a, b)| bench.square(a, b, bench.span(b, bench.travel(b))));
+            largest(squares)
         })
     };
-    let balls = || bench.rotary().map(ball);
     let mut offers: Vec<Offer<'o>> = Vec::new();
     if rotary == Some(true) {
         offers.push(ball(index));
@@ -97,7 +95,7 @@ fn constant<'o>(
         }
         offers.push(Box::new(|| largest(bench.tram())));
     }
-    offers.extend(balls());
+    offers.extend(bench.rotary().map(ball));
     offers
 }
 

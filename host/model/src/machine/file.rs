@@ -307,23 +307,73 @@ fn is_letter(name: &str) -> bool {
     letters.next().and_then(Letter::new).is_some() && letters.next().is_none()
 }
 
-fn read_axis(entry: &MachineAxisEntry) -> Result<Axis, FileError> {
-    let name = entry.name.get_ref();
+fn letter(name: &Spanned<String>) -> Result<Letter, FileError> {
+    let span = name.span();
+    let name = name.get_ref();
     let mut letters = name.chars();
-    let letter = match (letters.next().and_then(Letter::new), letters.next()) {
-        (Some(letter), None) => letter,
-        _ => {
-            return Err(FileError::at(
-                entry.name.span(),
-                format!("`{name}` is not an axis letter"),
-                "unknown axis",
-                match right_case(name, is_letter) {
-                    Some(right) => format!("write \"{right}\": axes have capital letters"),
-                    None => "write one of X Y Z U V W (linear) or A B C (rotary)".to_owned(),
-                },
-            ));
-        }
+    match (letters.next().and_then(Letter::new), letters.next()) {
+        (Some(letter), None) => Ok(letter),
+        _ => Err(FileError::at(
+            span,
+            format!("`{name}` is not an axis letter"),
+            "unknown axis",
+            match right_case(name, is_letter) {
+                Some(right) => format!("write \"{right}\": axes have capital letters"),
+                None => "write one of X Y Z U V W (linear) or A B C (rotary)".to_owned(),
+            },
+        )),
+    }
+}
+
+fn travel(range: &Spanned<Exactly<2>>, letter: Letter) -> Result<[f64; 2], FileError> {
+    let travel = finite(range)?;
+    if travel[0] >= travel[1] {
+        return Err(FileError::at(
+            range.span(),
+            format!("the travel of axis {letter} is empty"),
+            "lower limit not below upper limit",
+            "write range = [lower, upper] in mm or degrees",
+        ));
+    }
+    if travel.iter().any(|t| t.abs() > 1e5) {
+        return Err(FileError::at(
+            range.span(),
+            format!("the travel of axis {letter} exceeds 100 m or 100000 degrees"),
+            "too large",
+            "travels are in mm and degrees",
+        ));
+    }
+    Ok(travel)
+}
+
+fn is_modulo(
+    entry: &MachineAxisEntry,
+    letter: Letter,
+    travel: [f64; 2],
+) -> Result<bool, FileError> {
+    let Some(flag) = entry.modulo.as_ref().filter(|flag| *flag.get_ref()) else {
+        return Ok(false);
     };
+    if !letter.is_rotary() {
+        return Err(FileError::here(
+            flag.span(),
+            format!("axis {letter} is linear and cannot be modulo"),
+            "remove modulo, or set it to false",
+        ));
+    }
+    if (travel[1] - travel[0] - 360.0).abs() > 1e-9 {
+        return Err(FileError::at(
+            entry.range.span(),
+            format!("axis {letter} is modulo, but its range is not one turn"),
+            "not 360 degrees",
+            "write range = [0.0, 360.0] or [-180.0, 180.0]",
+        ));
+    }
+    Ok(true)
+}
+
+fn read_axis(entry: &MachineAxisEntry) -> Result<Axis, FileError> {
+    let letter = letter(&entry.name)?;
     let branch = match entry.branch.get_ref().as_str() {
         "workpiece" => Branch::Workpiece,
         "tool" => Branch::Tool,
@@ -336,44 +386,8 @@ fn read_axis(entry: &MachineAxisEntry) -> Result<Axis, FileError> {
             ));
         }
     };
-    let travel = finite(&entry.range)?;
-    if travel[0] >= travel[1] {
-        return Err(FileError::at(
-            entry.range.span(),
-            format!("the travel of axis {letter} is empty"),
-            "lower limit not below upper limit",
-            "write range = [lower, upper] in mm or degrees",
-        ));
-    }
-    if travel.iter().any(|t| t.abs() > 1e5) {
-        return Err(FileError::at(
-            entry.range.span(),
-            format!("the travel of axis {letter} exceeds 100 m or 100000 degrees"),
-            "too large",
-            "travels are in mm and degrees",
-        ));
-    }
-    let modulo = match &entry.modulo {
-        Some(flag) if *flag.get_ref() => {
-            if !letter.is_rotary() {
-                return Err(FileError::here(
-                    flag.span(),
-                    format!("axis {letter} is linear and cannot be modulo"),
-                    "remove modulo, or set it to false",
-                ));
-            }
-            if (travel[1] - travel[0] - 360.0).abs() > 1e-9 {
-                return Err(FileError::at(
-                    entry.range.span(),
-                    format!("axis {letter} is modulo, but its range is not one turn"),
-                    "not 360 degrees",
-                    "write range = [0.0, 360.0] or [-180.0, 180.0]",
-                ));
-            }
-            true
-        }
-        _ => false,
-    };
+    let travel = travel(&entry.range, letter)?;
+    let modulo = is_modulo(entry, letter, travel)?;
     let default = Axis::new(letter, branch, travel);
     Ok(Axis {
         frame: frame(&entry.origin_mm, &entry.orientation_deg)?,

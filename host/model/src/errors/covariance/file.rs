@@ -32,7 +32,21 @@ pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
     let places = table.header.cells[1..].iter().map(|cell| cell.span.clone());
     let places: Vec<Range<usize>> = places.collect();
     let n = parameters.len();
-    let mut rows: Vec<Vec<(f64, Range<usize>)>> = Vec::with_capacity(n);
+    let rows = rows(table, &parameters)?;
+    let covariance = Covariance {
+        parameters,
+        matrix: DMatrix::from_fn(n, n, |i, j| rows[i][j].0),
+    };
+    is_covariance(&covariance, &rows)?;
+    Ok((covariance, places))
+}
+
+/// The covariances of a parameter with all, each with its place.
+type CovarianceRow = Vec<(f64, Range<usize>)>;
+
+fn rows(table: CsvTable<'_>, parameters: &[Parameter]) -> Result<Vec<CovarianceRow>, FileError> {
+    let n = parameters.len();
+    let mut rows: Vec<CovarianceRow> = Vec::with_capacity(n);
     let mut last = 0..0;
     for row in table {
         let row = row?;
@@ -64,18 +78,10 @@ pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
             LAYOUT,
         ));
     }
-    let covariance = Covariance {
-        parameters,
-        matrix: DMatrix::from_fn(n, n, |i, j| rows[i][j].0),
-    };
-    is_covariance(&covariance, &rows)?;
-    Ok((covariance, places))
+    Ok(rows)
 }
 
-fn is_covariance(
-    covariance: &Covariance,
-    rows: &[Vec<(f64, Range<usize>)>],
-) -> Result<(), FileError> {
+fn is_covariance(covariance: &Covariance, rows: &[CovarianceRow]) -> Result<(), FileError> {
     let n = rows.len();
     let name = |i: usize| covariance.parameters[i];
     for (i, row) in rows.iter().enumerate() {
@@ -88,6 +94,26 @@ fn is_covariance(
             ));
         }
     }
+    is_symmetric(covariance, rows)?;
+    let (correlation, _) = covariance.correlation();
+    let least = match n {
+        0 => 0.0,
+        _ => correlation.symmetric_eigenvalues().min(),
+    };
+    if least < -ROUNDING * n as f64 {
+        return Err(FileError::whole(
+            format!(
+                "these are no covariances: a combination of parameters would have a variance below 0 ({least:.1e} of theirs)"
+            ),
+            "use the file as identify has written it, with all its digits",
+        ));
+    }
+    Ok(())
+}
+
+/// Checks the covariances of each two parameters.
+fn is_symmetric(covariance: &Covariance, rows: &[CovarianceRow]) -> Result<(), FileError> {
+    let name = |i: usize| covariance.parameters[i];
     for (i, row) in rows.iter().enumerate() {
         for (j, other) in rows.iter().enumerate().take(i) {
             let ((a, span), (b, _)) = (&row[j], &other[i]);
@@ -116,19 +142,6 @@ fn is_covariance(
                 ));
             }
         }
-    }
-    let (correlation, _) = covariance.correlation();
-    let least = match n {
-        0 => 0.0,
-        _ => correlation.symmetric_eigenvalues().min(),
-    };
-    if least < -ROUNDING * n as f64 {
-        return Err(FileError::whole(
-            format!(
-                "these are no covariances: a combination of parameters would have a variance below 0 ({least:.1e} of theirs)"
-            ),
-            "use the file as identify has written it, with all its digits",
-        ));
     }
     Ok(())
 }

@@ -64,20 +64,8 @@ fn carrier(carried_by: &Spanned<String>, axes: &[Axis]) -> Result<Carrier, FileE
 }
 
 impl SolidEntry {
-    fn shape(&self) -> Result<SolidShape, FileError> {
-        let (shape, span) = (self.shape.get_ref().as_str(), self.shape.span());
-        let keys = match shape {
-            "box" => [true, false, false],
-            "cylinder" | "capsule" => [false, true, true],
-            "sphere" => [false, true, false],
-            _ => {
-                return Err(FileError::here(
-                    span,
-                    format!("`{shape}` is not a shape"),
-                    "write \"box\", \"cylinder\", \"sphere\" or \"capsule\"",
-                ));
-            }
-        };
+    /// Checks that a shape has those of `size_mm`, `diameter_mm` and `length_mm` that it needs.
+    fn has_keys(&self, shape: &str, keys: [bool; 3]) -> Result<(), FileError> {
         let given = [
             self.size_mm.as_ref().map(Spanned::span),
             self.diameter_mm.as_ref().map(Spanned::span),
@@ -88,7 +76,7 @@ impl SolidEntry {
             match given {
                 None if wanted => {
                     return Err(FileError::here(
-                        span,
+                        self.shape.span(),
                         format!("the size of this {shape} is missing"),
                         format!("add {key}, in mm"),
                     ));
@@ -103,6 +91,24 @@ impl SolidEntry {
                 _ => {}
             }
         }
+        Ok(())
+    }
+
+    fn shape(&self) -> Result<SolidShape, FileError> {
+        let shape = self.shape.get_ref().as_str();
+        let keys = match shape {
+            "box" => [true, false, false],
+            "cylinder" | "capsule" => [false, true, true],
+            "sphere" => [false, true, false],
+            _ => {
+                return Err(FileError::here(
+                    self.shape.span(),
+                    format!("`{shape}` is not a shape"),
+                    "write \"box\", \"cylinder\", \"sphere\" or \"capsule\"",
+                ));
+            }
+        };
+        self.has_keys(shape, keys)?;
         let half = |value: &Option<Spanned<f64>>| match value {
             Some(value) => positive(value).map(|value| value / 2.0),
             None => Ok(0.0),
