@@ -10,6 +10,7 @@ use probed::Strategy;
 pub use record::{
     ComparisonRecord, SchemeCost, SchemeRecord, SingleCost, SingleRecord, SinglesRecord,
 };
+
 pub use single::{SingleError, TablesTaken, single, single_schemes};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
@@ -92,8 +93,7 @@ pub fn compare(
             compiled,
         })
     };
-    schemes
-        .iter()
+    (schemes.iter())
         .map(|scheme| ComparedScheme {
             scheme: scheme.name(),
             found: one(scheme),

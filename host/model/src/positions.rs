@@ -75,9 +75,8 @@ impl ColumnInput {
     ) -> Vec<Self> {
         let axes = machine.axes.iter().map(|a| Self::axis(a.letter.char()));
         let length = machine.length_range.map(|_| Self::tool_length(TOOL_LENGTH));
-        let temperatures = temperatures
-            .into_iter()
-            .map(|t| Self::sensor(&t.sensor, t.lag_rate()));
+        let temperatures =
+            (temperatures.into_iter()).map(|t| Self::sensor(&t.sensor, t.lag_rate()));
         axes.chain(length).chain(temperatures).collect()
     }
 

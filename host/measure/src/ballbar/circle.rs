@@ -73,8 +73,7 @@ impl Circle {
         }
         let is_both = deviation.iter().all(Option::is_some);
         let radial = |residuals: &[f64]| {
-            let (low, high) = residuals
-                .iter()
+            let (low, high) = (residuals.iter())
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), r| {
                     (low.min(*r), high.max(*r))
                 });
@@ -105,8 +104,7 @@ fn fit(points: &[Vector3<f64>]) -> Result<FittedSphere, CircleError> {
 fn hysteresis(turns: &BallBarTurns, common: &FittedSphere) -> f64 {
     let [forth, back] = [&turns.counter_clockwise, &turns.clockwise];
     let split = forth.len();
-    let mut other: Vec<(f64, f64)> = back
-        .iter()
+    let mut other: Vec<(f64, f64)> = (back.iter())
         .zip(&common.residuals[split..])
         .map(|((angle, _), r)| (angle.rem_euclid(std::f64::consts::TAU), *r))
         .collect();

@@ -112,9 +112,7 @@ impl RunBlock {
         lines: &[(usize, &AxisRuns)],
         gains: &[Vec<Vec<f64>>],
     ) -> Result<(), DirectError> {
-        let (files, own): (Vec<usize>, Vec<&AxisRuns>) = self
-            .lines
-            .iter()
+        let (files, own): (Vec<usize>, Vec<&AxisRuns>) = (self.lines.iter())
             .map(|k| (lines[*k].0, lines[*k].1))
             .unzip();
         let motions = || {

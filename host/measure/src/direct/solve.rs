@@ -73,8 +73,7 @@ pub fn solve(
         }
     }
     let blocks = blocks(machine, &lines)?;
-    let mut motions: Vec<Vec<FoundMotion>> = blocks
-        .iter()
+    let mut motions: Vec<Vec<FoundMotion>> = (blocks.iter())
         .map(|block| start(machine, block, &lines))
         .collect();
     let mut locations = located(machine, &squares)?;
@@ -206,8 +205,7 @@ fn start(machine: &Machine, block: &RunBlock, lines: &[(usize, &AxisRuns)]) -> V
             // The largest effect of any reading's uncertainty on it.
             let uncertainty = of.as_ref().map(|of| {
                 let at = block.inverse.iter().map(|inverse| {
-                    let parts = of
-                        .iter()
+                    let parts = (of.iter())
                         .enumerate()
                         .map(|(k, u)| (inverse[(row, k)] * u).powi(2));
                     parts.sum::<f64>().sqrt()

@@ -331,9 +331,7 @@ fn shown(machine: &Machine, parameter: Parameter, [aligned, moved]: [usize; 2]) 
 /// The slope of the mean of both directions.
 fn mean_slope(table: &trueaxis_model::errors::Table) -> f64 {
     let negative = table.negative.as_ref().unwrap_or(&table.positive);
-    let both = table
-        .positive
-        .iter()
+    let both = (table.positive.iter())
         .zip(negative)
         .map(|(p, n)| 0.5 * (p + n));
     slope(&table.at, &both.collect::<Vec<f64>>())

@@ -284,10 +284,7 @@ fn read_bar(bar: &BarEntry, balls: &[Ball]) -> Result<ArtefactBar, FileError> {
             "name two balls",
         ));
     }
-    if let Some(name) = ends
-        .iter()
-        .find(|name| !balls.iter().any(|b| b.name == **name))
-    {
+    if let Some(name) = (ends.iter()).find(|name| !balls.iter().any(|b| b.name == **name)) {
         return Err(FileError::at(
             span,
             format!("there is no ball `{name}`"),

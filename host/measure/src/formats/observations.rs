@@ -266,10 +266,7 @@ impl Observations {
         if let Some((axis, value)) = what.split_once('=') {
             let value: f64 = value.trim().trim_end_matches('°').parse().ok()?;
             let axis = axis.trim().to_ascii_uppercase();
-            let index = machine
-                .axes
-                .iter()
-                .position(|a| a.letter.to_string() == axis);
+            let index = (machine.axes.iter()).position(|a| a.letter.to_string() == axis);
             let at = |row: &Observation| match axis.as_str() {
                 "S" => Some(row.spindle),
                 _ => index.map(|i| row.position[i]),

@@ -93,8 +93,7 @@ impl ProbingColumn {
     /// The column with a name.
     fn named(name: &str, machine: &Machine) -> Option<Self> {
         let axis = |name: &str| axis(name, machine);
-        let named = NAMES
-            .iter()
+        let named = (NAMES.iter())
             .find(|(n, _)| *n == name)
             .map(|(_, c)| c.clone());
         let direction = || axis(name.strip_suffix("_dir")?).map(Self::Direction);
@@ -159,9 +158,7 @@ fn needed(machine: &Machine, linear: bool) -> Vec<usize> {
 
 /// The values that are equal if one row is a copy of another.
 fn key(row: &Probing) -> (usize, Vec<Option<u64>>) {
-    let some = row
-        .position
-        .iter()
+    let some = (row.position.iter())
         .chain(&row.direction)
         .chain([&row.spindle]);
     let others = [row.run, row.time, row.sigma, row.temperature];

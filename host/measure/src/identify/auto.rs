@@ -224,8 +224,7 @@ impl<'a> AutoInputs<'a> {
             let own = Unknown::Parameter(*p);
             unknowns.iter().position(|unknown| *unknown == own)
         };
-        let groups: Vec<Vec<usize>> = groups
-            .iter()
+        let groups: Vec<Vec<usize>> = (groups.iter())
             .map(|group| group.iter().filter_map(number).collect())
             .collect();
         let elsewhere = Elsewhere::new(&problem, &place.estimate, &place.weights, &unknowns);

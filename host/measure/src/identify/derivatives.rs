@@ -281,12 +281,7 @@ impl DerivativeColumns<'_> {
 
     fn of_observations(&self, unknown: Unknown, mut column: &mut [f64]) {
         let places = self.problem.places.len();
-        let rows = self
-            .problem
-            .observed
-            .rows
-            .iter()
-            .zip(&self.weights.rows[places..]);
+        let rows = (self.problem.observed.rows.iter()).zip(&self.weights.rows[places..]);
         let of = unknown.parameter();
         let basis = of.and_then(|(parameter, _)| self.basis(parameter));
         for (i, ((row, weight), found)) in rows.zip(self.observed).enumerate() {

@@ -44,8 +44,7 @@ impl ScaledFactor {
         };
         let lengths: Vec<f64> = unknowns.iter().map(length).collect::<Option<_>>()?;
         let place = |unknown: &usize| unknowns.binary_search(unknown).ok();
-        let (first, alone): (Vec<usize>, Vec<&Alone>) = alone
-            .iter()
+        let (first, alone): (Vec<usize>, Vec<&Alone>) = (alone.iter())
             .filter_map(|alone| Some((place(&alone.unknown)?, alone)))
             .unzip();
         let rest = (0..unknowns.len()).filter(|i| !first.contains(i));
@@ -241,8 +240,7 @@ impl ScaledFactor {
             inverse.row(*place).norm_squared() / (length * length)
         };
         Some(
-            self.places
-                .iter()
+            (self.places.iter())
                 .zip(&self.lengths)
                 .map(variance)
                 .collect(),

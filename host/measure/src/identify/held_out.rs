@@ -130,8 +130,7 @@ fn together(
         let tips = tips(&problem.at_times(observations), &without).into_iter();
         let off: Vec<Vector3<f64>> = tips.filter_map(off).collect();
         let zero = off.iter().sum::<Vector3<f64>>() / off.len().max(1) as f64;
-        squares += off
-            .iter()
+        squares += (off.iter())
             .map(|off| (off - zero).norm_squared())
             .sum::<f64>();
         rows += off.len();
@@ -193,8 +192,7 @@ fn parts(probings: &Probings) -> Vec<(Option<String>, Vec<usize>)> {
         let rows = order.iter().copied();
         rows.filter(|i| probings.rows[*i].ball == ball).collect()
     };
-    balls
-        .into_iter()
+    (balls.into_iter())
         .map(|ball| (Some(probings.balls[ball].clone()), of(ball)))
         .collect()
 }

@@ -55,9 +55,7 @@ pub(super) fn in_order_of_preference(machine: &Machine) -> Vec<Parameter> {
         chain(machine).into_iter().partition(|l| "ABC".contains(*l));
     let linear: Vec<char> = linear.into_iter().rev().collect();
     let all = |axes: &[char], components: std::ops::Range<usize>| -> Vec<Parameter> {
-        let pairs = axes
-            .iter()
-            .flat_map(|axis| components.clone().map(move |k| (k, *axis)));
+        let pairs = (axes.iter()).flat_map(|axis| components.clone().map(move |k| (k, *axis)));
         pairs
             .map(|(component, axis)| inter(component, axis))
             .collect()
@@ -191,9 +189,7 @@ pub fn effect_over_travel(machine: &Machine, parameter: Parameter) -> f64 {
     if parameter.kind != ParameterKind::Inter {
         return effects.iter().map(Vector3::norm).fold(0.0, f64::max);
     }
-    let pairs = effects
-        .iter()
-        .flat_map(|a| effects.iter().map(move |b| (a - b).norm()));
+    let pairs = (effects.iter()).flat_map(|a| effects.iter().map(move |b| (a - b).norm()));
     pairs.fold(0.0, f64::max)
 }
 

@@ -66,8 +66,7 @@ fn found(problem: &Problem<'_>) -> Option<Mistake> {
         .collect();
     let zeros = rotary(problem).into_iter();
     tried.extend(zeros.map(|axis| other_zero(problem, axis)));
-    let least = tried
-        .iter()
+    let least = (tried.iter())
         .map(|(_, _, left)| *left)
         .fold(f64::INFINITY, f64::min);
     if least > EXPLAINS * at_first {
@@ -273,9 +272,7 @@ fn stays(problem: &Problem<'_>) -> bool {
     (0..problem.balls.len()).all(|ball| {
         let linear = (0..axes.len()).filter(|i| !axes[*i].letter.is_rotary());
         linear.map(|i| spread(i, ball)).fold(0.0, f64::max) < STAYS
-    }) && turning
-        .iter()
-        .any(|i| (0..problem.balls.len()).any(|ball| spread(*i, ball) > TURNS))
+    }) && (turning.iter()).any(|i| (0..problem.balls.len()).any(|ball| spread(*i, ball) > TURNS))
 }
 
 /// Checks a stated stylus that does not fit the rows, coordinate by coordinate, against a fit without it.

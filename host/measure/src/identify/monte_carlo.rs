@@ -286,9 +286,7 @@ fn positions(machine: &Machine, probed: &Probings) -> Vec<(PerAxis, Situation)> 
         .map(|i| extremes(probed.rows.iter().map(|row| row.position[i])))
         .collect();
     let mut position = || -> (PerAxis, Situation) {
-        let drawn = ranges
-            .iter()
-            .map(|[low, high]| low + (high - low) * random.random::<f64>());
+        let drawn = (ranges.iter()).map(|[low, high]| low + (high - low) * random.random::<f64>());
         let drawn: Vec<f64> = drawn.collect();
         (machine.to_kinematic(&drawn), Situation::default())
     };

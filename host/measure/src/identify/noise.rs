@@ -227,9 +227,7 @@ impl Noise {
         part: &'s SourceRows,
         misses: &'s [Vector3<f64>],
     ) -> impl Iterator<Item = f64> + 's {
-        part.rows
-            .iter()
-            .map(|i| misses[*i].norm() / self.stated[*i])
+        (part.rows.iter()).map(|i| misses[*i].norm() / self.stated[*i])
     }
 
     /// Standard deviation of a coordinate in units of the stated uncertainty, from the median row, corrected for the

@@ -215,8 +215,7 @@ impl Observed {
             }
         }
         // In the order of the candidates.
-        candidates
-            .iter()
+        (candidates.iter())
             .copied()
             .filter(|u| chosen.contains(u))
             .collect()

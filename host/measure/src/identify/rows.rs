@@ -365,8 +365,7 @@ impl<'a> Problem<'a> {
             .collect();
         sources.sort_unstable();
         sources.dedup();
-        sources
-            .into_iter()
+        (sources.into_iter())
             .map(|source| (source, [0.0; 6]))
             .collect()
     }
@@ -518,9 +517,7 @@ impl<'a> Problem<'a> {
             (what, known, found)
         };
         if !self.bars.is_empty() {
-            return self
-                .bars
-                .iter()
+            return (self.bars.iter())
                 .map(|bar| one(bar.balls, bar.length))
                 .collect();
         }

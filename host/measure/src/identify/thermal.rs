@@ -394,9 +394,7 @@ impl<'p> ThermalSearch<'p> {
             *groups = fewer;
         }
         groups.retain(|group| !group.parameters.is_empty());
-        let joined = removed
-            .into_iter()
-            .map(|(name, all)| (name, all.join(", ")));
+        let joined = (removed.into_iter()).map(|(name, all)| (name, all.join(", ")));
         joined.collect()
     }
 
@@ -444,8 +442,7 @@ impl<'p> ThermalSearch<'p> {
                 with: b.mean.sqrt() / self.weight,
             })
             .collect();
-        let with = cycles
-            .iter()
+        let with = (cycles.iter())
             .map(|c| c.with.powi(2) * c.rows as f64)
             .sum::<f64>();
         let count: usize = cycles.iter().map(|c| c.rows).sum();
@@ -592,9 +589,7 @@ impl<'p> ThermalSearch<'p> {
     ) -> Vec<ThermalCandidate> {
         let its = groups.iter().filter(|g| g.parameters.contains(&parameter));
         let its: Vec<ThermalGroup> = its.cloned().collect();
-        let tried = temperatures
-            .iter()
-            .filter(|t| is_in(t) && is_apart(&its, t.sensor, t.lag));
+        let tried = (temperatures.iter()).filter(|t| is_in(t) && is_apart(&its, t.sensor, t.lag));
         let (terms, columns): (Vec<ThermalChoice>, Vec<DVector<f64>>) = tried
             .map(|t| {
                 let (sensor, lag) = (t.sensor, t.lag);

@@ -86,9 +86,7 @@ pub(super) fn seen(
         all.extend(more.into_iter().map(|g| {
             GivenUp {
                 number: numbers[g.number],
-                others: g
-                    .others
-                    .iter()
+                others: (g.others.iter())
                     .map(|(i, part)| (numbers[*i], *part))
                     .collect(),
                 unseen: g.unseen,

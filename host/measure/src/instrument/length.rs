@@ -62,8 +62,7 @@ impl Instrument for LengthReading {
             return setting;
         }
         let count = samples.len() as f64;
-        let mean = samples
-            .iter()
+        let mean = (samples.iter())
             .map(|s| s.commanded.point)
             .sum::<Vector3<f64>>()
             / count;

@@ -110,10 +110,8 @@ pub fn as_good_as(
 /// The place of each parameter whose uncertainty counts among those `seen`, and its goal. `None` if one is not seen.
 fn goals(seen: &[Parameter], other: &Judgement, criterion: Criterion) -> Option<Vec<(usize, f64)>> {
     let wanted = &other.foreseen;
-    let places = wanted
-        .parameters
-        .iter()
-        .map(|parameter| seen.iter().position(|p| p == parameter));
+    let places =
+        (wanted.parameters.iter()).map(|parameter| seen.iter().position(|p| p == parameter));
     let goals: Option<Vec<(usize, f64)>> = (places.zip(wanted.uncertainties()))
         .map(|(place, uncertainty)| Some((place?, uncertainty)))
         .collect();

@@ -82,8 +82,7 @@ impl<'a> Course<'a> {
     pub fn is_clear(&self, steps: &[ProbingStep], ball: &str) -> bool {
         let mut course = self.clone();
         let moves = |step| course.go(step);
-        !steps
-            .iter()
+        !(steps.iter())
             .filter_map(moves)
             .any(|one| one.meeting(ball).is_some())
     }

@@ -154,8 +154,7 @@ fn ways(machine: &Machine, turn: &[ProbingStep], away: &PerAxis) -> Vec<Vec<Prob
             ProbingStep::Rapid(target) => {
                 let mut target = target.clone();
                 order(&mut target);
-                target
-                    .into_iter()
+                (target.into_iter())
                     .map(|one| ProbingStep::Rapid(vec![one]))
                     .collect()
             }

@@ -200,9 +200,7 @@ impl ProbedRows<'_> {
 fn together(plan: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<(), FileError> {
     let widest = |sphere: &Centre| {
         let points = &sphere.touches;
-        let pairs = points
-            .iter()
-            .flat_map(|a| points.iter().map(move |b| (a - b).norm()));
+        let pairs = (points.iter()).flat_map(|a| points.iter().map(move |b| (a - b).norm()));
         pairs.fold(0.0, f64::max)
     };
     let widths: Vec<f64> = spheres.iter().map(widest).collect();
@@ -212,9 +210,7 @@ fn together(plan: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<(), 
             continue;
         }
         let far = |i: &usize| -> f64 {
-            sphere
-                .touches
-                .iter()
+            (sphere.touches.iter())
                 .map(|p| (p - sphere.touches[*i]).norm())
                 .sum()
         };

@@ -44,9 +44,7 @@ pub(super) fn whole_rows(
             return None;
         }
         let rows = groups[number].clone();
-        let stay = log[at..]
-            .iter()
-            .take_while(|t| is_at(&plan.rows[rows.start], t));
+        let stay = (log[at..].iter()).take_while(|t| is_at(&plan.rows[rows.start], t));
         let touches = &log[at..at + stay.count()];
         at += touches.len();
         logged.add(rows, touches, at == log.len());

@@ -75,8 +75,7 @@ impl ObservationColumn {
 
     fn named(name: &str, machine: &Machine) -> Option<Self> {
         let axis = |name: &str| axis(name, machine);
-        let named = NAMES
-            .iter()
+        let named = (NAMES.iter())
             .find(|(n, _)| *n == name)
             .map(|(_, c)| c.clone());
         let value = || {

@@ -154,11 +154,7 @@ pub fn write(covariance: &Covariance) -> String {
         let _ = write!(text, ",{parameter}");
     }
     text.push('\n');
-    for (parameter, row) in covariance
-        .parameters
-        .iter()
-        .zip(covariance.matrix.row_iter())
-    {
+    for (parameter, row) in (covariance.parameters.iter()).zip(covariance.matrix.row_iter()) {
         let _ = write!(text, "{parameter}");
         for value in row.iter() {
             let _ = write!(text, ",{value:e}");

@@ -27,9 +27,7 @@ impl CsvLine<'_> {
     pub fn has_commas(&self) -> Result<(), FileError> {
         let line = self.text.trim();
         let other = [(';', "semicolons"), ('\t', "tabs")];
-        let found = other
-            .into_iter()
-            .find_map(|(mark, name)| Some((line.find(mark)?, name)));
+        let found = (other.into_iter()).find_map(|(mark, name)| Some((line.find(mark)?, name)));
         let Some((at, name)) = found else {
             return Ok(());
         };
