@@ -10,7 +10,6 @@ use probed::Strategy;
 pub use record::{
     ComparisonRecord, SchemeCost, SchemeRecord, SingleCost, SingleRecord, SinglesRecord,
 };
-
 pub use single::{SingleError, TablesTaken, single, single_schemes};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;

@@ -267,7 +267,6 @@ impl GaussNewton<'_> {
             setups: problem.observed.set_up(estimate, weights.least, &variance),
             drift: problem.observed.drifts(&problem.drift, estimate, &variance),
             thermal: changes(problem, estimate, &variance),
-
             components,
             errors: (*estimate.errors).clone(),
             balls: estimate.balls.clone(),

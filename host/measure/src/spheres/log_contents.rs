@@ -54,7 +54,7 @@ pub fn to_probings(
         Ok(()) => (plan.clone(), log.to_vec(), Vec::new()),
         Err(error) => whole_rows(machine, plan, log).ok_or(error)?,
     };
-    let rows = ProbedRows {
+    let rows = TouchedRows {
         machine,
         kinematics: Kinematics::new(machine, errors),
         plan: &plan,
@@ -84,7 +84,7 @@ pub fn to_probings(
 }
 
 /// The rows of a plan, with their touches.
-struct ProbedRows<'a> {
+struct TouchedRows<'a> {
     machine: &'a Machine,
     kinematics: Kinematics<'a>,
     plan: &'a Probings,
@@ -92,7 +92,7 @@ struct ProbedRows<'a> {
     log: &'a [Touched],
 }
 
-impl ProbedRows<'_> {
+impl TouchedRows<'_> {
     fn each(&self) -> impl Iterator<Item = (&Probing, &[Touched])> {
         self.plan.rows.iter().zip(self.log.chunks(PER_BALL))
     }
