@@ -204,7 +204,6 @@ impl ProbeEntries {
 }
 
 /// Largest deviation of an effective radius (mm), and highest order of lobes.
-/// Largest deviation of an effective radius (mm), and highest order of lobes.
 const LARGEST: f64 = 1.0;
 /// Highest order of lobes.
 pub const ORDERS: usize = 8;

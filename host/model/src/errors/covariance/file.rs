@@ -94,7 +94,7 @@ fn is_covariance(covariance: &Covariance, rows: &[CovarianceRow]) -> Result<(), 
             ));
         }
     }
-    is_symmetric(covariance, rows)?;
+    pairs_agree(covariance, rows)?;
     let (correlation, _) = covariance.correlation();
     let least = match n {
         0 => 0.0,
@@ -111,8 +111,8 @@ fn is_covariance(covariance: &Covariance, rows: &[CovarianceRow]) -> Result<(), 
     Ok(())
 }
 
-/// Checks the covariances of each two parameters.
-fn is_symmetric(covariance: &Covariance, rows: &[CovarianceRow]) -> Result<(), FileError> {
+/// Checks that both rows of two parameters have the same covariance, and that it is possible.
+fn pairs_agree(covariance: &Covariance, rows: &[CovarianceRow]) -> Result<(), FileError> {
     let name = |i: usize| covariance.parameters[i];
     for (i, row) in rows.iter().enumerate() {
         for (j, other) in rows.iter().enumerate().take(i) {

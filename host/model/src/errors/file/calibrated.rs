@@ -48,7 +48,7 @@ impl ErrorModel {
         Ok(())
     }
 
-    /// Where all tables of an axis have points.
+    /// Limits the range of each axis to where all its tables have points.
     fn keep_to_tables(&mut self, machine: &Machine) {
         for index in 0..machine.axes.len() {
             let [mut low, mut high] = self.calibrated[index];

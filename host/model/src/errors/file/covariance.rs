@@ -77,7 +77,7 @@ impl ErrorModel {
     }
 }
 
-/// In µm.
+/// What thermal changes leave (µm).
 fn thermal_left(left: &Spanned<f64>) -> Result<f64, FileError> {
     let um = *left.get_ref();
     if !(0.0..=MOST_THERMAL).contains(&um) {
@@ -90,7 +90,7 @@ fn thermal_left(left: &Spanned<f64>) -> Result<f64, FileError> {
     Ok(um)
 }
 
-/// What the model cannot explain, called by a name in the file; `what` it is.
+/// A misfit, if it is given; `what` is its meaning.
 fn misfit(entry: &Option<Spanned<f64>>, name: &str, what: &str) -> Result<Option<f64>, FileError> {
     let Some(misfit) = entry else { return Ok(None) };
     let value = *misfit.get_ref();
