@@ -4,7 +4,7 @@ use super::{InitialSample, Kind, Setting, SettingPart, SetupPriors};
 use nalgebra::{DMatrix, DVector};
 
 impl Kind {
-    /// A first set-up: [`Instrument::start`], improved by least squares.
+    /// A first set-up: [`Instrument::start`](super::Instrument::start), improved by least squares.
     #[must_use]
     pub fn start(self, given: &SetupPriors, samples: &[InitialSample]) -> Setting {
         /// Each round reduces the error to its square.
