@@ -92,8 +92,7 @@ pub fn compare(
             compiled,
         })
     };
-    schemes
-        .iter()
+    (schemes.iter())
         .map(|scheme| ComparedScheme {
             scheme: scheme.name(),
             found: one(scheme),

@@ -9,9 +9,10 @@ mod angle;
 mod displacement;
 mod length;
 mod point;
+mod start;
 mod surface;
 
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::fmt;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense};
@@ -70,6 +71,26 @@ pub enum SettingPart {
     /// The radius of the tool that cut a part, in excess of the program's (mm).
     Radius,
 }
+
+impl SettingPart {
+    /// The size of a change of it by 1 rad (mm), or 1.
+    fn lever(self) -> f64 {
+        match self {
+            Self::Turn(_) => LEVER,
+            _ => 1.0,
+        }
+    }
+}
+
+/// Where an instrument with a frame of its own stands.
+const FRAME: [SettingPart; 6] = [
+    SettingPart::Place(0),
+    SettingPart::Place(1),
+    SettingPart::Place(2),
+    SettingPart::Turn(0),
+    SettingPart::Turn(1),
+    SettingPart::Turn(2),
+];
 
 impl fmt::Display for SettingPart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -365,54 +386,6 @@ impl Kind {
             Self::Angle => "µrad",
             _ => "µm",
         }
-    }
-
-    /// A first set-up: [`Instrument::start`], improved by least squares.
-    #[must_use]
-    pub fn start(self, given: &SetupPriors, samples: &[InitialSample]) -> Setting {
-        /// Each round reduces the error to its square.
-        const ROUNDS: usize = 12;
-        /// Combinations with a smaller effect than this part of the largest are left as they are.
-        const LEAST: f64 = 1e-6;
-        let instrument = self.instrument();
-        let mut setting = instrument.start(given, samples);
-        let parts: Vec<SettingPart> = (instrument.parts().iter().copied())
-            .filter(|part| given.sigma(*part).is_none())
-            .collect();
-        if samples.is_empty() || parts.is_empty() {
-            return setting;
-        }
-        let scale = |part: SettingPart| match part {
-            SettingPart::Turn(_) => LEVER,
-            _ => 1.0,
-        };
-        for _ in 0..ROUNDS {
-            let rows = 3 * samples.len();
-            let (mut jacobian, mut rest) =
-                (DMatrix::zeros(rows, parts.len()), DVector::zeros(rows));
-            for (i, InitialSample { commanded, read }) in samples.iter().enumerate() {
-                let seen = commanded.seen_nominally();
-                let reads = instrument.reads(commanded, &setting, &seen);
-                rest.fixed_rows_mut::<3>(3 * i).copy_from(&(read - reads));
-                for (k, part) in parts.iter().enumerate() {
-                    let column = instrument.by_part(commanded, &setting, &seen, *part);
-                    let column = column / scale(*part);
-                    jacobian.fixed_view_mut::<3, 1>(3 * i, k).copy_from(&column);
-                }
-            }
-            let svd = jacobian.svd(true, true);
-            let least = LEAST * svd.singular_values.max();
-            let Ok(step) = svd.solve(&rest, least.max(f64::MIN_POSITIVE)) else {
-                break;
-            };
-            if !step.iter().all(|v| v.is_finite()) {
-                break;
-            }
-            for (part, step) in parts.iter().zip(step.iter()) {
-                setting = setting.moved(*part, step / scale(*part));
-            }
-        }
-        setting
     }
 }
 

@@ -153,8 +153,7 @@ fn between(contact: &PerAxis, begin: &AxisTargets, distance: f64) -> AxisTargets
     } else {
         1.0
     };
-    begin
-        .iter()
+    (begin.iter())
         .map(|(i, begin)| (*i, contact[*i] + part * (begin - contact[*i])))
         .collect()
 }

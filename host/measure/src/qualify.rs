@@ -284,35 +284,40 @@ struct DistanceFit<'a> {
     shape: Spherical,
 }
 
+/// The touches at each rotary position.
+fn grouped(machine: &Machine, known: &ProbePriors, touches: &[PerAxis]) -> Vec<TouchGroup> {
+    let mut groups: Vec<(PerAxis, TouchGroup)> = Vec::new();
+    let nominal = Nominal::new(machine);
+    for (number, position) in touches.iter().enumerate() {
+        let carriers = nominal.carriers(&machine.to_kinematic(position));
+        let spindle = carriers.workpiece.inverse() * carriers.spindle;
+        let point = (number, spindle.r * known.tip + spindle.t);
+        let is_same = |other: &PerAxis| {
+            (machine.axes.iter().zip(position.iter().zip(other)))
+                .all(|(axis, (a, b))| !axis.letter.is_rotary() || (a - b).abs() < SAME)
+        };
+        match groups.iter_mut().find(|(other, _)| is_same(other)) {
+            Some((_, group)) => group.points.push(point),
+            None => groups.push((
+                *position,
+                TouchGroup {
+                    turn: spindle.r,
+                    points: vec![point],
+                    centre: Vector3::zeros(),
+                },
+            )),
+        }
+    }
+    groups.into_iter().map(|(_, group)| group).collect()
+}
+
 impl<'a> DistanceFit<'a> {
     fn new(
         machine: &'a Machine,
         known: &'a ProbePriors,
         touches: &[PerAxis],
     ) -> Result<Self, QualifyError> {
-        let mut groups: Vec<(PerAxis, TouchGroup)> = Vec::new();
-        let nominal = Nominal::new(machine);
-        for (number, position) in touches.iter().enumerate() {
-            let carriers = nominal.carriers(&machine.to_kinematic(position));
-            let spindle = carriers.workpiece.inverse() * carriers.spindle;
-            let point = (number, spindle.r * known.tip + spindle.t);
-            let is_same = |other: &PerAxis| {
-                (machine.axes.iter().zip(position.iter().zip(other)))
-                    .all(|(axis, (a, b))| !axis.letter.is_rotary() || (a - b).abs() < SAME)
-            };
-            match groups.iter_mut().find(|(other, _)| is_same(other)) {
-                Some((_, group)) => group.points.push(point),
-                None => groups.push((
-                    *position,
-                    TouchGroup {
-                        turn: spindle.r,
-                        points: vec![point],
-                        centre: Vector3::zeros(),
-                    },
-                )),
-            }
-        }
-        let mut groups: Vec<TouchGroup> = groups.into_iter().map(|(_, group)| group).collect();
+        let mut groups = grouped(machine, known, touches);
         let mut unknowns = Vec::new();
         let mut sum = 0.0;
         for (number, group) in groups.iter_mut().enumerate() {
@@ -608,6 +613,48 @@ impl<'a> DistanceFit<'a> {
 
     /// Where the tip is: the ball seems to be at c − R·δ where it is at c, and the tip δ from where it was taken to be.
     fn tip_of(&self, groups: &[&TouchGroup], of_centre: f64) -> Result<QualifiedTip, QualifyError> {
+        let (seen, all) = self.tip_equations(groups, of_centre);
+        let places = (0..3).map(|k| ProbeUnknown::Centre(0, k));
+        let mut kept: Vec<ProbeUnknown> = places.chain((0..3).map(ProbeUnknown::Tip)).collect();
+        let column = |unknown: &ProbeUnknown| match *unknown {
+            ProbeUnknown::Tip(k) => 3 + k,
+            ProbeUnknown::Centre(_, k) => k,
+            _ => 0,
+        };
+        let by = loop {
+            let columns: Vec<usize> = kept.iter().map(column).collect();
+            let by = all.select_columns(&columns);
+            match confounded(&by, &kept)? {
+                None => break by,
+                Some(unknown) => kept.retain(|u| *u != unknown),
+            }
+        };
+        let inverse = (by.transpose() * &by).try_inverse();
+        let inverse = inverse.ok_or(QualifyError::NoSphere)?;
+        let found = &inverse * (by.transpose() * &seen);
+        let left = &seen - &by * &found;
+        let free = seen.len() - by.ncols();
+        let square = left.norm_squared() / free.max(1) as f64;
+        // Rotary axes that do not turn where they should make the ball wander: what is seen counts less then.
+        let factor = match free {
+            0 => 1.0,
+            _ => square.max(1.0).sqrt(),
+        };
+        Ok(QualifiedTip {
+            offset: std::array::from_fn(|k| {
+                let at = kept.iter().position(|u| *u == ProbeUnknown::Tip(k))?;
+                Some((found[at], factor * inverse[(at, at)].max(0.0).sqrt()))
+            }),
+            apart: (free > 0 && groups.len() > 1).then_some(square.sqrt() * of_centre),
+        })
+    }
+
+    /// The centres that were seen, and the place of the tip if it is stated, by the place of the ball and that of the tip.
+    fn tip_equations(
+        &self,
+        groups: &[&TouchGroup],
+        of_centre: f64,
+    ) -> (DVector<f64>, DMatrix<f64>) {
         let stated = self.known.place;
         let rows = 3 * groups.len() + stated.map_or(0, |_| 3);
         let mut seen = DVector::zeros(rows);
@@ -626,43 +673,7 @@ impl<'a> DistanceFit<'a> {
             let unit = Matrix3::identity() / uncertainty;
             all.view_mut((at, 0), (3, 3)).copy_from(&unit);
         }
-        let place = |k: usize| ProbeUnknown::Centre(0, k);
-        let mut kept: Vec<ProbeUnknown> = (0..3)
-            .map(place)
-            .chain((0..3).map(ProbeUnknown::Tip))
-            .collect();
-        let column = |unknown: &ProbeUnknown| match *unknown {
-            ProbeUnknown::Tip(k) => 3 + k,
-            ProbeUnknown::Centre(_, k) => k,
-            _ => 0,
-        };
-        let by = loop {
-            let columns: Vec<usize> = kept.iter().map(column).collect();
-            let by = all.select_columns(&columns);
-            match confounded(&by, &kept)? {
-                None => break by,
-                Some(unknown) => kept.retain(|u| *u != unknown),
-            }
-        };
-        let inverse = (by.transpose() * &by).try_inverse();
-        let inverse = inverse.ok_or(QualifyError::NoSphere)?;
-        let found = &inverse * (by.transpose() * &seen);
-        let left = &seen - &by * &found;
-        let free = rows - by.ncols();
-        let square = left.norm_squared() / free.max(1) as f64;
-        // Rotary axes that do not turn where they should make the ball wander: what is seen counts less then.
-        let factor = if free > 0 {
-            square.max(1.0).sqrt()
-        } else {
-            1.0
-        };
-        Ok(QualifiedTip {
-            offset: std::array::from_fn(|k| {
-                let at = kept.iter().position(|u| *u == ProbeUnknown::Tip(k))?;
-                Some((found[at], factor * inverse[(at, at)].max(0.0).sqrt()))
-            }),
-            apart: (free > 0 && groups.len() > 1).then_some(square.sqrt() * of_centre),
-        })
+        (seen, all)
     }
 }
 

@@ -75,10 +75,14 @@ impl ColumnInput {
     ) -> Vec<Self> {
         let axes = machine.axes.iter().map(|a| Self::axis(a.letter.char()));
         let length = machine.length_range.map(|_| Self::tool_length(TOOL_LENGTH));
-        let temperatures = temperatures
-            .into_iter()
-            .map(|t| Self::sensor(&t.sensor, t.lag_rate()));
+        let temperatures =
+            (temperatures.into_iter()).map(|t| Self::sensor(&t.sensor, t.lag_rate()));
         axes.chain(length).chain(temperatures).collect()
+    }
+
+    /// True for a temperature with a lag behind this sensor.
+    fn lags_behind(&self, sensor: &str) -> bool {
+        self.lag.as_ref().is_some_and(|(name, _)| name == sensor)
     }
 }
 
@@ -92,6 +96,9 @@ enum PositionColumn {
     Sensor(usize),
     Time,
 }
+
+/// A column, and the lag to apply to it (1/τ, 1/s).
+type InputSource = (usize, Option<f32>);
 
 /// Period of a controller (s) in which lags are stepped between rows.
 const PERIOD: f64 = 0.01;
@@ -110,12 +117,10 @@ pub fn read(text: &str, inputs: &[ColumnInput]) -> Result<Vec<Vec<f64>>, FileErr
         names.join(",")
     );
     let table = CsvTable::open(text, 0, layout, VALUES)?;
-    let sensor_of =
-        |input: &ColumnInput, name: &str| input.lag.as_ref().is_some_and(|(s, _)| s == name);
     let columns = table.columns(0, |name| {
         let exact = inputs.iter().position(|i| i.name == name);
         let known = exact.or_else(|| inputs.iter().position(|i| i.alias == Some(name)));
-        let lagging = || inputs.iter().position(|i| sensor_of(i, name));
+        let lagging = || inputs.iter().position(|i| i.lags_behind(name));
         let is_time = name == "time_s" && inputs.iter().any(|i| i.lag.is_some());
         known
             .map(PositionColumn::Input)
@@ -124,20 +129,11 @@ pub fn read(text: &str, inputs: &[ColumnInput]) -> Result<Vec<Vec<f64>>, FileErr
     })?;
     let place = |column: PositionColumn| columns.iter().position(|c| *c == column);
     let time = place(PositionColumn::Time);
-    // The column of each input, and the lag to apply to it.
     let mut sources = Vec::with_capacity(inputs.len());
-    for (number, input) in inputs.iter().enumerate() {
-        let own = place(PositionColumn::Input(number)).map(|column| (column, None));
-        let of_sensor = || {
-            let (sensor, rate) = input.lag.as_ref()?;
-            time?;
-            let same = inputs.iter().position(|i| i.name == *sensor);
-            let first = inputs.iter().position(|i| sensor_of(i, sensor))?;
-            let column = same.map_or(PositionColumn::Sensor(first), PositionColumn::Input);
-            Some((place(column)?, Some(*rate)))
-        };
-        let Some(source) = own.or_else(of_sensor) else {
-            let mut error = table.missing(&input.name);
+    for number in 0..inputs.len() {
+        let Some(source) = source(inputs, number, &columns) else {
+            let mut error = table.missing(&inputs[number].name);
+            let input = &inputs[number];
             error.remedy = format!("add {}: {}", input.meaning, error.remedy);
             if let Some((sensor, _)) = &input.lag {
                 error.remedy += &format!("; or time_s and {sensor}");
@@ -146,7 +142,33 @@ pub fn read(text: &str, inputs: &[ColumnInput]) -> Result<Vec<Vec<f64>>, FileErr
         };
         sources.push(source);
     }
-    let mut lags = vec![Lag::NEW; inputs.len()];
+    rows(table, time, &sources)
+}
+
+/// The column of an input, and the lag to apply to it.
+fn source(
+    inputs: &[ColumnInput],
+    number: usize,
+    columns: &[PositionColumn],
+) -> Option<InputSource> {
+    let place = |column: PositionColumn| columns.iter().position(|c| *c == column);
+    if let Some(own) = place(PositionColumn::Input(number)) {
+        return Some((own, None));
+    }
+    let (sensor, rate) = inputs[number].lag.as_ref()?;
+    place(PositionColumn::Time)?;
+    let same = inputs.iter().position(|i| i.name == *sensor);
+    let first = inputs.iter().position(|i| i.lags_behind(sensor))?;
+    let column = same.map_or(PositionColumn::Sensor(first), PositionColumn::Input);
+    Some((place(column)?, Some(*rate)))
+}
+
+fn rows(
+    table: CsvTable<'_>,
+    time: Option<usize>,
+    sources: &[InputSource],
+) -> Result<Vec<Vec<f64>>, FileError> {
+    let mut lags = vec![Lag::NEW; sources.len()];
     let mut last: Option<f64> = None;
     let mut rows = Vec::new();
     for row in table {
@@ -156,8 +178,8 @@ pub fn read(text: &str, inputs: &[ColumnInput]) -> Result<Vec<Vec<f64>>, FileErr
         });
         let now = now.transpose()?;
         let elapsed = now.zip(last).map_or(0.0, |(now, last)| now - last);
-        let mut position = vec![0.0; inputs.len()];
-        let each = position.iter_mut().zip(&sources).zip(&mut lags);
+        let mut position = vec![0.0; sources.len()];
+        let each = position.iter_mut().zip(sources).zip(&mut lags);
         for ((place, (column, rate)), lag) in each {
             let value = row.number(*column)?;
             // The runtime computes in f32, where the value must also be finite.

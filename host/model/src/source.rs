@@ -45,6 +45,11 @@ impl FileError {
         }
     }
 
+    /// An error at a place that is labelled `here`.
+    pub fn here(span: Range<usize>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::at(span, message, "here", remedy)
+    }
+
     /// An error about the whole file.
     pub fn whole(message: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {

@@ -73,8 +73,7 @@ impl Circle {
         }
         let is_both = deviation.iter().all(Option::is_some);
         let radial = |residuals: &[f64]| {
-            let (low, high) = residuals
-                .iter()
+            let (low, high) = (residuals.iter())
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), r| {
                     (low.min(*r), high.max(*r))
                 });
@@ -105,8 +104,7 @@ fn fit(points: &[Vector3<f64>]) -> Result<FittedSphere, CircleError> {
 fn hysteresis(turns: &BallBarTurns, common: &FittedSphere) -> f64 {
     let [forth, back] = [&turns.counter_clockwise, &turns.clockwise];
     let split = forth.len();
-    let mut other: Vec<(f64, f64)> = back
-        .iter()
+    let mut other: Vec<(f64, f64)> = (back.iter())
         .zip(&common.residuals[split..])
         .map(|((angle, _), r)| (angle.rem_euclid(std::f64::consts::TAU), *r))
         .collect();
@@ -136,23 +134,18 @@ fn hysteresis(turns: &BallBarTurns, common: &FittedSphere) -> f64 {
 /// exchange. Linearized about a close circle; the second-order error is the square of a few µm divided by the
 /// radius.
 fn band(points: &[Vector3<f64>], about: &FittedSphere) -> Result<f64, CircleError> {
-    let rows: Vec<(Vector3<f64>, f64)> = points
-        .iter()
-        .map(|point| {
-            let off = point - about.centre;
-            let distance = off.norm();
-            (
-                Vector3::new(off.x / distance, off.y / distance, 1.0),
-                distance - about.radius,
-            )
-        })
-        .collect();
+    let row = |point: &Vector3<f64>| {
+        let off = point - about.centre;
+        let distance = off.norm();
+        let direction = Vector3::new(off.x / distance, off.y / distance, 1.0);
+        (direction, distance - about.radius)
+    };
+    let rows: Vec<(Vector3<f64>, f64)> = points.iter().map(row).collect();
     // Start with readings that are far from each other: one in each quarter, if the circle is complete.
     let farthest = |[x, y]: [f64; 2]| {
         let along = |k: &usize| rows[*k].0.x * x + rows[*k].0.y * y;
-        let all = 0..rows.len();
-        all.max_by(|a, b| along(a).total_cmp(&along(b)))
-            .unwrap_or(0)
+        let farthest = (0..rows.len()).max_by(|a, b| along(a).total_cmp(&along(b)));
+        farthest.unwrap_or(0)
     };
     let mut chosen = [[1.0, 0.1], [-0.1, 1.0], [-1.0, -0.1], [0.1, -1.0]].map(farthest);
     let mut level = reference(&rows, chosen).ok_or(CircleError::TooFew)?;

@@ -1,6 +1,7 @@
 //! What a ball-bar shows, as it is written for programs and read by people, in µm.
 
 use super::{BallBarTurns, Circle, CircleError, Sphere, TooFew};
+use crate::extremes::extremes;
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -31,12 +32,12 @@ impl SphereRecord {
     pub fn of(radius: f64, readings: &[(Vector3<f64>, f64)]) -> Result<Self, TooFew> {
         let found = Sphere::of(radius, readings)?;
         let left = &found.without_setup;
-        let fold = |start: f64, f: fn(f64, f64) -> f64| left.iter().copied().fold(start, f);
+        let [low, high] = extremes(left.iter().copied());
         let squares: f64 = left.iter().map(|r| r * r).sum();
         Ok(Self {
             readings: readings.len(),
             setup_um: found.setup.map(um),
-            range_um: um(fold(f64::NEG_INFINITY, f64::max) - fold(f64::INFINITY, f64::min)),
+            range_um: um(high - low),
             rms_um: um((squares / left.len() as f64).sqrt()),
             size_um: um(found.size),
             form_um: um(found.fitted.range()),

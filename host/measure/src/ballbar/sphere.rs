@@ -1,5 +1,6 @@
 //! Evaluates readings of a ball-bar on a sphere: setup, size and form (Eqs. 15 to 17, Table 4-4).
 
+use crate::extremes::extremes;
 use nalgebra::{Matrix4, Vector3, Vector4};
 
 /// There are fewer readings, or readings in fewer directions, than unknowns.
@@ -22,9 +23,8 @@ impl FittedSphere {
     /// Largest minus smallest residual.
     #[must_use]
     pub fn range(&self) -> f64 {
-        let fold =
-            |start: f64, f: fn(f64, f64) -> f64| self.residuals.iter().copied().fold(start, f);
-        fold(f64::NEG_INFINITY, f64::max) - fold(f64::INFINITY, f64::min)
+        let [low, high] = extremes(self.residuals.iter().copied());
+        high - low
     }
 
     /// The standard deviation of the residuals.
@@ -58,18 +58,7 @@ pub fn fitted(points: &[Vector3<f64>]) -> Result<FittedSphere, TooFew> {
     // The mean of a hemisphere is half a radius above its centre, so first estimate the centre.
     let mut radius = points.iter().map(|p| (p - centre).norm()).sum::<f64>() / count;
     for _ in 0..STEPS {
-        let mut normal = Matrix4::zeros();
-        let mut wanted = Vector4::zeros();
-        for point in points {
-            let off = point - centre;
-            let distance = off.norm();
-            if distance == 0.0 {
-                return Err(TooFew);
-            }
-            let row = Vector4::new(off.x / distance, off.y / distance, off.z / distance, 1.0);
-            normal += row * row.transpose();
-            wanted += row * (distance - radius);
-        }
+        let (normal, wanted) = linearized(points, &centre, radius)?;
         let svd = normal.svd(true, true);
         let least = FLAT * svd.singular_values.max();
         // A plane has one singular value of zero; a line has more.
@@ -92,6 +81,27 @@ pub fn fitted(points: &[Vector3<f64>]) -> Result<FittedSphere, TooFew> {
         radius,
         residuals: residuals.collect(),
     })
+}
+
+/// The normal equations of the next step.
+fn linearized(
+    points: &[Vector3<f64>],
+    centre: &Vector3<f64>,
+    radius: f64,
+) -> Result<(Matrix4<f64>, Vector4<f64>), TooFew> {
+    let mut normal = Matrix4::zeros();
+    let mut wanted = Vector4::zeros();
+    for point in points {
+        let off = point - centre;
+        let distance = off.norm();
+        if distance == 0.0 {
+            return Err(TooFew);
+        }
+        let row = Vector4::new(off.x / distance, off.y / distance, off.z / distance, 1.0);
+        normal += row * row.transpose();
+        wanted += row * (distance - radius);
+    }
+    Ok((normal, wanted))
 }
 
 /// Results from readings of a ball-bar.

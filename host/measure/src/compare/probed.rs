@@ -40,54 +40,8 @@ impl Strategy {
         if parameters.is_empty() {
             return Err(NotCompared::NoParameters);
         }
-        let perfect = ErrorModel::perfect(machine);
-        let kinematics = Kinematics::new(machine, &perfect);
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let tip = Vector3::from(machine.tip);
         let rows = LEAST.max(PER_PARAMETER * parameters.len()) / BALLS;
-        let mut balls: Vec<Ball> = Vec::new();
-        let mut probings = Probings {
-            balls: Vec::new(),
-            rows: Vec::new(),
-        };
-        for _ in 0..TRIES {
-            if balls.len() == BALLS {
-                break;
-            }
-            let somewhere = machine.to_kinematic(&drawn(machine, &mut random).position);
-            let place = kinematics.nominal(&somewhere, None).t;
-            let found: Vec<Probing> = (0..TRIES * rows)
-                .filter_map(|_| {
-                    let row = drawn(machine, &mut random);
-                    let q = machine.to_command(&reach(&kinematics, &row, &tip, &place)?);
-                    let row = Probing {
-                        position: q,
-                        ball: balls.len(),
-                        ..row
-                    };
-                    is_inside(machine, &row).then_some(row)
-                })
-                .take(rows)
-                .collect();
-            if found.len() < rows {
-                continue;
-            }
-            let name = format!("{}", balls.len() + 1);
-            probings.balls.push(name.clone());
-            probings.rows.extend(found);
-            balls.push(Ball {
-                name,
-                nominal: Some(place),
-                away: Vector3::z(),
-                post: None,
-            });
-        }
-        if balls.len() < BALLS {
-            return Err(NotCompared::NotReached);
-        }
-        for (number, row) in probings.rows.iter_mut().enumerate() {
-            row.line = number + 2;
-        }
+        let (balls, probings) = everywhere(machine, rows, seed)?;
         let bar = |pair: &[Ball]| {
             let (one, other) = (&pair[0], &pair[1]);
             Some(ArtefactBar {
@@ -101,7 +55,7 @@ impl Strategy {
                 bars: balls.windows(2).filter_map(bar).collect(),
                 balls,
                 stylus: Stylus {
-                    tip: <[f64; 3]>::from(tip).map(Some),
+                    tip: machine.tip.map(Some),
                     uncertainty: [Some(EXACT); 3],
                     shaft: None,
                 },
@@ -134,6 +88,69 @@ impl Strategy {
         before.standard_uncertainty.clear();
         Ok(compensability(&problem, &identified, &before))
     }
+}
+
+/// Balls at random places, and this many probings of each.
+fn everywhere(
+    machine: &Machine,
+    rows: usize,
+    seed: u64,
+) -> Result<(Vec<Ball>, Probings), NotCompared> {
+    let perfect = ErrorModel::perfect(machine);
+    let kinematics = Kinematics::new(machine, &perfect);
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut balls: Vec<Ball> = Vec::new();
+    let mut probings = Probings::default();
+    for _ in 0..TRIES {
+        if balls.len() == BALLS {
+            break;
+        }
+        let somewhere = machine.to_kinematic(&drawn(machine, &mut random).position);
+        let place = kinematics.nominal(&somewhere, None).t;
+        let Some(found) = rows_at(&kinematics, &place, rows, &mut random) else {
+            continue;
+        };
+        let name = format!("{}", balls.len() + 1);
+        probings.balls.push(name.clone());
+        let ball = balls.len();
+        probings
+            .rows
+            .extend(found.into_iter().map(|row| Probing { ball, ..row }));
+        balls.push(Ball {
+            name,
+            nominal: Some(place),
+            away: Vector3::z(),
+            post: None,
+        });
+    }
+    if balls.len() < BALLS {
+        return Err(NotCompared::NotReached);
+    }
+    for (number, row) in probings.rows.iter_mut().enumerate() {
+        row.line = number + 2;
+    }
+    Ok((balls, probings))
+}
+
+/// This many probings of a place inside the travel, if they are found.
+fn rows_at(
+    kinematics: &Kinematics<'_>,
+    place: &Vector3<f64>,
+    rows: usize,
+    random: &mut Pcg64Mcg,
+) -> Option<Vec<Probing>> {
+    let machine = kinematics.machine;
+    let tip = Vector3::from(machine.tip);
+    let found: Vec<Probing> = (0..TRIES * rows)
+        .filter_map(|_| {
+            let row = drawn(machine, random);
+            let position = machine.to_command(&reach(kinematics, &row, &tip, place)?);
+            let row = Probing { position, ..row };
+            is_inside(machine, &row).then_some(row)
+        })
+        .take(rows)
+        .collect();
+    (found.len() == rows).then_some(found)
 }
 
 /// A random probing in the travel, away from its ends.

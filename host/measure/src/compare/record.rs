@@ -89,8 +89,7 @@ impl<'a> ComparisonRecord<'a> {
             tolerance_um,
             target: &options.tables.target.name,
             before: found.map(|figures| &figures.compiled.verification.travel.before),
-            schemes: compared
-                .iter()
+            schemes: (compared.iter())
                 .map(|one| SchemeRecord::new(one, tolerance_um))
                 .collect(),
         }

@@ -68,31 +68,16 @@ pub fn blocks(
             components(line).map(|c| gains(machine, line, c)).collect();
         let gains = gains.ok_or(DirectError::NotFollowed { file: *file })?;
         let largest = |g: &Vec<f64>| g.iter().fold(0.0, |most: f64, g| most.max(g.abs()));
-        let shown = components(line)
-            .zip(&gains)
-            .filter(|(_, g)| largest(g) > SHOWS);
-        let mut block = RunBlock {
+        let shown = components(line).zip(&gains);
+        let shown = shown.filter(|(_, g)| largest(g) > SHOWS);
+        let block = RunBlock {
             axis: line.setup.moved,
             lines: vec![k],
             components: shown.map(|(c, _)| c).collect(),
             inverse: Vec::new(),
         };
         all_gains.push(gains);
-        // Merge it with all blocks that share a component.
-        let mut apart = Vec::new();
-        for other in blocks {
-            let common = |c: &usize| block.components.contains(c);
-            if other.axis == block.axis && other.components.iter().any(common) {
-                block.lines.splice(0..0, other.lines);
-                block.components.extend(other.components);
-            } else {
-                apart.push(other);
-            }
-        }
-        block.components.sort_unstable();
-        block.components.dedup();
-        apart.push(block);
-        blocks = apart;
+        blocks = block.merged(blocks);
     }
     for block in &mut blocks {
         block.invert(machine, lines, &all_gains)?;
@@ -103,15 +88,31 @@ pub fn blocks(
 }
 
 impl RunBlock {
+    /// These blocks, and this one merged with those that share a component with it.
+    fn merged(mut self, blocks: Vec<Self>) -> Vec<Self> {
+        let mut apart = Vec::new();
+        for other in blocks {
+            let common = |c: &usize| self.components.contains(c);
+            if other.axis == self.axis && other.components.iter().any(common) {
+                self.lines.splice(0..0, other.lines);
+                self.components.extend(other.components);
+            } else {
+                apart.push(other);
+            }
+        }
+        self.components.sort_unstable();
+        self.components.dedup();
+        apart.push(self);
+        apart
+    }
+
     fn invert(
         &mut self,
         machine: &Machine,
         lines: &[(usize, &AxisRuns)],
         gains: &[Vec<Vec<f64>>],
     ) -> Result<(), DirectError> {
-        let (files, own): (Vec<usize>, Vec<&AxisRuns>) = self
-            .lines
-            .iter()
+        let (files, own): (Vec<usize>, Vec<&AxisRuns>) = (self.lines.iter())
             .map(|k| (lines[*k].0, lines[*k].1))
             .unzip();
         let motions = || {

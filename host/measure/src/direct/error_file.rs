@@ -21,14 +21,10 @@ pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Direc
         text += "\n[parameters]  # mm, rad, mm/mm; coefficients per mm or rad to their degree\n";
     }
     for (parameter, value) in &errors.parameters {
-        let _ = write!(text, "{parameter} = {value:.6e}");
         let location = found.locations.iter().find(|l| l.parameter == *parameter);
-        match location {
-            Some(location) => {
-                let _ = writeln!(text, "  # {}", comment(&measurements[location.from].name));
-            }
-            None => text.push('\n'),
-        }
+        let from = location.map(|l| format!("  # {}", comment(&measurements[l.from].name)));
+        let from = from.unwrap_or_default();
+        let _ = writeln!(text, "{parameter} = {value:.6e}{from}");
     }
     if !errors.standard_uncertainty.is_empty() {
         text += "\n[standard_uncertainty]\n";
@@ -110,25 +106,14 @@ fn write_table(
     is_angular: bool,
     uncertainty: Option<&Vec<f64>>,
 ) {
-    let (factor, unit) = if is_angular {
-        (1e6, "urad")
-    } else {
-        (1e3, "um")
+    let (factor, unit) = match is_angular {
+        true => (1e6, "urad"),
+        false => (1e3, "um"),
     };
-    let mut list = |key: &str, values: &mut dyn Iterator<Item = String>| {
-        let _ = writeln!(text, "{key} = [");
-        let values: Vec<String> = values.collect();
-        for row in values.chunks(12) {
-            let _ = writeln!(text, "    {},", row.join(", "));
-        }
-        text.push_str("]\n");
-    };
+    let mut list = |key: &str, values: &mut dyn Iterator<Item = String>| list(text, key, values);
     // Degrees without rounding errors from radians.
-    let place = |at: &f64| (axis.to_command(*at) * 1e9).round() / 1e9 + 0.0;
-    list(
-        "at",
-        &mut table.at.iter().map(|at| format!("{:?}", place(at))),
-    );
+    let place = |at: &f64| format!("{:?}", (axis.to_command(*at) * 1e9).round() / 1e9 + 0.0);
+    list("at", &mut table.at.iter().map(place));
     let value = |v: &f64| format!("{:?}", (v * factor * 1e6).round() / 1e6 + 0.0);
     match &table.negative {
         None => list("value", &mut table.positive.iter().map(value)),
@@ -150,4 +135,13 @@ fn write_table(
         None => {}
     }
     let _ = writeln!(text, "unit = \"{unit}\"");
+}
+
+fn list(text: &mut String, key: &str, values: &mut dyn Iterator<Item = String>) {
+    let _ = writeln!(text, "{key} = [");
+    let values: Vec<String> = values.collect();
+    for row in values.chunks(12) {
+        let _ = writeln!(text, "    {},", row.join(", "));
+    }
+    text.push_str("]\n");
 }

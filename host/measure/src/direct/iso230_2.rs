@@ -1,6 +1,6 @@
 //! ISO 230-2: accuracy and repeatability of positioning, with the terms and symbols of its clause 3.
 
-use super::AxisRuns;
+use super::{AxisRuns, RunColumn};
 use serde::Serialize;
 use trueaxis_model::machine::Machine;
 
@@ -48,74 +48,73 @@ pub struct Analysis {
     pub repeatability_both: Option<f64>,
 }
 
+const DIRECTIONS: [f64; 2] = [1.0, -1.0];
+
+fn runs(line: &AxisRuns, direction: f64) -> impl Iterator<Item = &RunColumn> {
+    let columns = line.columns.iter();
+    columns.filter(move |run| run.direction == direction)
+}
+
 /// Evaluates the runs of an axis.
 #[must_use]
 pub fn analysis(line: &AxisRuns) -> Analysis {
-    const DIRECTIONS: [f64; 2] = [1.0, -1.0];
-    let runs = |direction: f64| {
-        line.columns
-            .iter()
-            .filter(move |c| c.direction == direction)
-    };
-    let targets: Vec<AtTarget> = (line.targets.iter().enumerate())
-        .map(|(i, target)| {
-            let values = |d| runs(d).map(move |c| c.readings[i]).collect::<Vec<f64>>();
-            let mean = DIRECTIONS.map(|d| mean(&values(d)));
-            let spread = DIRECTIONS.map(|d| spread(&values(d)));
-            let reversal = mean[0].zip(mean[1]).map(|(up, down)| up - down);
-            let repeatability = spread.map(|s| s.map(|s| 4.0 * s));
-            let both = spread[0].zip(spread[1]).zip(reversal);
-            let both = both.map(|((up, down), b)| {
-                let together = 2.0 * up + 2.0 * down + b.abs();
-                together.max(4.0 * up).max(4.0 * down)
-            });
-            AtTarget {
-                target: *target,
-                mean,
-                spread,
-                reversal,
-                repeatability,
-                both,
-            }
-        })
+    let targets: Vec<AtTarget> = (0..line.targets.len())
+        .map(|i| AtTarget::new(line, i))
         .collect();
     // A result for one direction, from two numbers of each target.
     let of = |f: &dyn Fn(&AtTarget, usize) -> Option<[f64; 2]>| {
-        [0, 1].map(|d| {
-            let ends: Option<Vec<[f64; 2]>> = targets.iter().map(|t| f(t, d)).collect();
-            ends.and_then(|ends| hull(&ends))
-        })
+        [0, 1].map(|d| hull_of(targets.iter().map(|t| f(t, d))))
     };
     let uncertain = of(&|t, d| {
         let (x, s) = t.mean[d].zip(t.spread[d])?;
         Some([x - 2.0 * s, x + 2.0 * s])
     });
     let systematic = of(&|t, d| t.mean[d].map(|x| [x, x]));
-    let means = |t: &AtTarget| {
+    let means = hull_of(targets.iter().map(|t| {
         let (up, down) = t.mean[0].zip(t.mean[1])?;
         Some([0.5 * (up + down); 2])
-    };
-    let means: Option<Vec<[f64; 2]>> = targets.iter().map(means).collect();
+    }));
     let size = |[low, high]: [f64; 2]| high - low;
-    let together = |[up, down]: [Option<[f64; 2]>; 2]| {
-        let (up, down) = up.zip(down)?;
-        hull(&[up, down]).map(size)
-    };
+    let together = |ends: [Option<[f64; 2]>; 2]| hull_of(ends.into_iter()).map(size);
     let reversals: Option<Vec<f64>> = targets.iter().map(|t| t.reversal).collect();
     let largest = |values: Option<Vec<f64>>| values?.into_iter().reduce(f64::max);
     Analysis {
-        runs: DIRECTIONS.map(|d| runs(d).count()),
+        runs: DIRECTIONS.map(|d| runs(line, d).count()),
         accuracy: uncertain.map(|ends| ends.map(size)),
         accuracy_both: together(uncertain),
         systematic: systematic.map(|ends| ends.map(size)),
         systematic_both: together(systematic),
-        mean_range: means.and_then(|m| hull(&m)).map(size),
+        mean_range: means.map(size),
         reversal: largest((reversals.as_ref()).map(|all| all.iter().map(|b| b.abs()).collect())),
         mean_reversal: reversals.and_then(|all| mean(&all)),
         repeatability: [0, 1]
             .map(|d| largest(targets.iter().map(|t| t.repeatability[d]).collect())),
         repeatability_both: largest(targets.iter().map(|t| t.both).collect()),
         targets,
+    }
+}
+
+impl AtTarget {
+    fn new(line: &AxisRuns, i: usize) -> Self {
+        let values = DIRECTIONS.map(|d| runs(line, d).map(|run| run.readings[i]));
+        let values = values.map(|values| values.collect::<Vec<f64>>());
+        let mean = values.each_ref().map(|values| mean(values));
+        let spread = values.each_ref().map(|values| spread(values));
+        let reversal = mean[0].zip(mean[1]).map(|(up, down)| up - down);
+        let repeatability = spread.map(|s| s.map(|s| 4.0 * s));
+        let both = spread[0].zip(spread[1]).zip(reversal);
+        let both = both.map(|((up, down), b)| {
+            let together = 2.0 * up + 2.0 * down + b.abs();
+            together.max(4.0 * up).max(4.0 * down)
+        });
+        Self {
+            target: line.targets[i],
+            mean,
+            spread,
+            reversal,
+            repeatability,
+            both,
+        }
     }
 }
 
@@ -134,6 +133,11 @@ fn spread(values: &[f64]) -> Option<f64> {
 fn hull(ends: &[[f64; 2]]) -> Option<[f64; 2]> {
     let all = ends.iter().copied();
     all.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)])
+}
+
+/// From the smallest to the largest of all ends, if all are known.
+fn hull_of(ends: impl Iterator<Item = Option<[f64; 2]>>) -> Option<[f64; 2]> {
+    hull(&ends.collect::<Option<Vec<_>>>()?)
 }
 
 /// Number of runs in each direction that the standard asks for (ISO 230-2, 5.3.2).

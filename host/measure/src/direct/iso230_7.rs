@@ -8,6 +8,7 @@
 //! the plot, because its part of once per turn is one of the spindle.
 
 use super::iso230_3::Unit;
+use crate::extremes::extremes;
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
@@ -177,10 +178,8 @@ fn mean(turns: &[Vec<f64>]) -> Vec<f64> {
 }
 
 fn range(values: impl Iterator<Item = f64>) -> f64 {
-    let ends = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(v), high.max(v))
-    });
-    ends.1 - ends.0
+    let [low, high] = extremes(values);
+    high - low
 }
 
 /// Error motions as they are written for programs.

@@ -29,6 +29,11 @@ impl FoundMotion {
         name(machine, self.axis, self.component)
     }
 
+    /// The values of both directions of travel.
+    pub(super) fn all_values(&self) -> impl Iterator<Item = &f64> {
+        self.positive.iter().chain(self.negative.iter().flatten())
+    }
+
     /// Values for a direction of travel.
     pub(super) fn values(&mut self, direction: f64) -> &mut Vec<f64> {
         match &mut self.negative {
@@ -135,32 +140,25 @@ pub fn without(
     };
     let is_old = |p: &Parameter| {
         let motion = machine.index(p.axis).and_then(|i| anew(i, p.component));
-        match (p.kind, motion) {
-            (ParameterKind::Inter, _) => locations.contains(p),
-            (ParameterKind::Backlash, Some((_, _, reverses))) => *reverses,
-            (_, motion) => motion.is_some(),
+        match p.kind {
+            ParameterKind::Inter => locations.contains(p),
+            ParameterKind::Backlash => motion.is_some_and(|(_, _, reverses)| *reverses),
+            _ => motion.is_some(),
         }
     };
     let mut model = ErrorModel::perfect(machine);
     for (parameter, value) in known.parameters.iter().filter(|(p, _)| !is_old(p)) {
         model.set(machine, *parameter, *value);
     }
-    let uncertain = known
-        .standard_uncertainty
-        .iter()
-        .filter(|(p, _)| !is_old(p));
+    let uncertain = known.standard_uncertainty.iter();
+    let uncertain = uncertain.filter(|(p, _)| !is_old(p));
     model.standard_uncertainty = uncertain.map(|(p, u)| (*p, *u)).collect();
     for axis in 0..machine.axes.len() {
         for (component, motion) in known.motions[axis].iter().enumerate() {
-            if let Some(table) = motion
-                .table
-                .as_ref()
-                .filter(|_| anew(axis, component).is_none())
-            {
+            if let (Some(table), None) = (&motion.table, anew(axis, component)) {
                 model.tabulate(axis, component, table.clone());
-                let known = known.table_uncertainty.get(&(axis, component));
-                let known = known.map(|u| ((axis, component), u.clone()));
-                model.table_uncertainty.extend(known);
+                let uncertain = known.table_uncertainty.get_key_value(&(axis, component));
+                (model.table_uncertainty).extend(uncertain.map(|(of, u)| (*of, u.clone())));
             }
         }
         // Motions known before hold where they were known; if none remain, everywhere.

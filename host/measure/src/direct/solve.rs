@@ -73,8 +73,7 @@ pub fn solve(
         }
     }
     let blocks = blocks(machine, &lines)?;
-    let mut motions: Vec<Vec<FoundMotion>> = blocks
-        .iter()
+    let mut motions: Vec<Vec<FoundMotion>> = (blocks.iter())
         .map(|block| start(machine, block, &lines))
         .collect();
     let mut locations = located(machine, &squares)?;
@@ -206,8 +205,7 @@ fn start(machine: &Machine, block: &RunBlock, lines: &[(usize, &AxisRuns)]) -> V
             // The largest effect of any reading's uncertainty on it.
             let uncertainty = of.as_ref().map(|of| {
                 let at = block.inverse.iter().map(|inverse| {
-                    let parts = of
-                        .iter()
+                    let parts = (of.iter())
                         .enumerate()
                         .map(|(k, u)| (inverse[(row, k)] * u).powi(2));
                     parts.sum::<f64>().sqrt()
@@ -259,32 +257,32 @@ impl RunBlock {
                 }
             }
         }
-        let mut change: f64 = 0.0;
-        for (motion, before) in motions.iter_mut().zip(&before) {
-            let axis = &machine.axes[motion.axis];
-            close(
-                motion,
-                axis.modulo
-                    .then(|| axis.travel.map(|t| axis.to_kinematic(t))),
-            );
-            let size = if motion.component >= 3 { OVER } else { 1.0 };
-            let now = motion
-                .positive
-                .iter()
-                .chain(motion.negative.iter().flatten());
-            let then = before
-                .positive
-                .iter()
-                .chain(before.negative.iter().flatten());
-            for (now, then) in now.zip(then) {
-                change = change.max((now - then).abs() * size);
-                if now.is_nan() {
-                    return None;
-                }
+        close_turns(machine, motions, &before)
+    }
+}
+
+/// Makes both ends of turns equal. Returns the largest change since `before`, as of a round; `None` for no number.
+fn close_turns(
+    machine: &Machine,
+    motions: &mut [FoundMotion],
+    before: &[FoundMotion],
+) -> Option<f64> {
+    let mut change: f64 = 0.0;
+    for (motion, before) in motions.iter_mut().zip(before) {
+        let axis = &machine.axes[motion.axis];
+        let turn = axis
+            .modulo
+            .then(|| axis.travel.map(|t| axis.to_kinematic(t)));
+        close(motion, turn);
+        let size = if motion.component >= 3 { OVER } else { 1.0 };
+        for (now, then) in motion.all_values().zip(before.all_values()) {
+            change = change.max((now - then).abs() * size);
+            if now.is_nan() {
+                return None;
             }
         }
-        Some(change)
     }
+    Some(change)
 }
 
 /// Makes both ends of a turn equal.

@@ -4,6 +4,7 @@ use super::block::gains;
 use super::iso230_2::analysis;
 use super::measurement::{AxisRuns, slope};
 use super::motion::{FoundMotion, name};
+use crate::extremes::extremes;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
@@ -140,10 +141,7 @@ pub fn doubts(
         let unknown = (0..6).filter(|c| errors.motions[axis][*c].is_zero());
         for component in unknown {
             let gains = gains(machine, line, component).unwrap_or_default();
-            let most = gains.iter().fold(
-                0.0,
-                |most: f64, g| if g.abs() > most.abs() { *g } else { most },
-            );
+            let most = largest(&gains);
             let (motion, shown) = (name(machine, axis, component), shown.clone());
             if component >= 3 && most.abs() > LEVER {
                 doubts.push(Doubt::Abbe {
@@ -162,22 +160,29 @@ pub fn doubts(
             }
         }
     }
-    for motion in motions {
-        let axis = &machine.axes[motion.axis];
-        let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
-        let steps = motion.at.windows(2).map(|w| w[1] - w[0]);
-        let step = steps.fold(0.0, f64::max);
-        let gap = (high - low) - (motion.at[motion.at.len() - 1] - motion.at[0]);
-        if axis.modulo && gap > GAP * step {
-            doubts.push(Doubt::Gap {
-                file: motion.from,
-                motion: motion.name(machine),
-                gap: gap.to_degrees(),
-            });
-        }
-    }
+    doubts.extend((motions.iter()).filter_map(|motion| gap(machine, motion)));
     doubts.extend(counted_twice(machine, errors));
     doubts
+}
+
+/// The value with the largest size, with its sign.
+fn largest(values: &[f64]) -> f64 {
+    let larger = |most: f64, v: &f64| if v.abs() > most.abs() { *v } else { most };
+    values.iter().fold(0.0, larger)
+}
+
+/// A part of a turn in which an endless axis was not measured.
+fn gap(machine: &Machine, motion: &FoundMotion) -> Option<Doubt> {
+    let axis = &machine.axes[motion.axis];
+    let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+    let steps = motion.at.windows(2).map(|w| w[1] - w[0]);
+    let step = steps.fold(0.0, f64::max);
+    let gap = (high - low) - (motion.at[motion.at.len() - 1] - motion.at[0]);
+    (axis.modulo && gap > GAP * step).then(|| Doubt::Gap {
+        file: motion.from,
+        motion: motion.name(machine),
+        gap: gap.to_degrees(),
+    })
 }
 
 /// A linear travel (mm) is shorter than that of any machine tool with a tool of this length (mm).
@@ -225,8 +230,7 @@ pub fn misread(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt>
         })
     };
     let all = line.columns.iter().flat_map(|column| &column.readings);
-    let low = all.clone().copied().fold(f64::INFINITY, f64::min);
-    let high = all.copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = extremes(all.copied());
     let range = high - low;
     if range > gross {
         return doubt(
@@ -276,23 +280,9 @@ pub fn misread(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt>
 pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
     let linear = |i: &usize| !machine.axes[*i].letter.is_rotary();
     let all: Vec<usize> = (0..machine.axes.len()).filter(linear).collect();
-    let pairs = || {
-        all.iter()
-            .flat_map(|a| all.iter().filter(move |b| *b != a).map(move |b| [*a, *b]))
-    };
-    // The reading of a square along the second axis per unit of a parameter.
-    let shown = |parameter: Parameter, [aligned, moved]: [usize; 2]| {
-        const SMALL: f64 = 1e-6;
-        let mut small = ErrorModel::perfect(machine);
-        small.set(machine, parameter, SMALL);
-        let bench = Bench::new(machine, &small, Default::default());
-        let span = bench.span(moved, bench.travel(moved));
-        bench.square(aligned, moved, span).size() / (SMALL * trueaxis_model::explain::REACH)
-    };
-    let locations = errors
-        .parameters
-        .iter()
-        .filter(|(p, value)| p.kind == ParameterKind::Inter && p.is_angular() && **value != 0.0);
+    let is_squareness = |p: &Parameter| p.kind == ParameterKind::Inter && p.is_angular();
+    let locations = errors.parameters.iter();
+    let locations = locations.filter(|(p, value)| is_squareness(p) && **value != 0.0);
     let locations: Vec<(Parameter, f64)> = locations.map(|(p, v)| (*p, *v)).collect();
     let mut doubts = Vec::new();
     for moved in &all {
@@ -301,13 +291,7 @@ pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
             let Some(table) = &errors.motions[*moved][component].table else {
                 continue;
             };
-            let negative = table.negative.as_ref().unwrap_or(&table.positive);
-            let both = table
-                .positive
-                .iter()
-                .zip(negative)
-                .map(|(p, n)| 0.5 * (p + n));
-            let slope = slope(&table.at, &both.collect::<Vec<f64>>());
+            let slope = mean_slope(table);
             if slope.abs() < LEANS {
                 continue;
             }
@@ -316,9 +300,11 @@ pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
                 axis: axis.letter.char(),
                 kind: ParameterKind::Degree(1),
             };
-            let pair = pairs().find(|pair| pair[1] == *moved && shown(leaning, *pair) > 0.5);
+            let aligned = all.iter().filter(|other| *other != moved);
+            let mut pairs = aligned.map(|aligned| [*aligned, *moved]);
+            let pair = pairs.find(|pair| shown(machine, leaning, *pair) > 0.5);
             for (location, value) in &locations {
-                if pair.is_some_and(|pair| shown(*location, pair) > 0.5) {
+                if pair.is_some_and(|pair| shown(machine, *location, pair) > 0.5) {
                     doubts.push(Doubt::Slope {
                         motion: name(machine, *moved, component),
                         slope,
@@ -330,4 +316,23 @@ pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
         }
     }
     doubts
+}
+
+/// The reading of a square along the second axis per unit of a parameter.
+fn shown(machine: &Machine, parameter: Parameter, [aligned, moved]: [usize; 2]) -> f64 {
+    const SMALL: f64 = 1e-6;
+    let mut small = ErrorModel::perfect(machine);
+    small.set(machine, parameter, SMALL);
+    let bench = Bench::new(machine, &small, Default::default());
+    let span = bench.span(moved, bench.travel(moved));
+    bench.square(aligned, moved, span).size() / (SMALL * trueaxis_model::explain::REACH)
+}
+
+/// The slope of the mean of both directions.
+fn mean_slope(table: &trueaxis_model::errors::Table) -> f64 {
+    let negative = table.negative.as_ref().unwrap_or(&table.positive);
+    let both = (table.positive.iter())
+        .zip(negative)
+        .map(|(p, n)| 0.5 * (p + n));
+    slope(&table.at, &both.collect::<Vec<f64>>())
 }

@@ -150,7 +150,7 @@ impl StylusEntry {
             let missing = one.as_ref().filter(|_| other.is_none());
             missing.map_or(Ok(()), |one| {
                 let what = "the stylus is not described as far as here";
-                Err(FileError::at(one.span(), what, "here", text))
+                Err(FileError::here(one.span(), what, text))
             })
         };
         needs(
@@ -195,10 +195,9 @@ impl StylusEntry {
                 let span = place.span();
                 let value = *place.get_ref();
                 if value.is_nan() || value.abs() >= LARGEST {
-                    return Err(FileError::at(
+                    return Err(FileError::here(
                         span,
                         "this is not a place on a machine",
-                        "here",
                         "write mm in the spindle frame",
                     ));
                 }
@@ -214,10 +213,9 @@ impl StylusEntry {
             }
             if let Some(known) = known {
                 if stylus.tip[k].is_none() {
-                    return Err(FileError::at(
+                    return Err(FileError::here(
                         known.span(),
                         format!("an uncertainty in {name} without the coordinate itself"),
-                        "here",
                         format!(
                             "add {name}_mm, where the stylus tip is in the spindle frame: 0.0 if it was zeroed for run-out"
                         ),
@@ -273,25 +271,20 @@ impl Artefact {
 fn read_bar(bar: &BarEntry, balls: &[Ball]) -> Result<ArtefactBar, FileError> {
     let span = bar.balls.span();
     let ends: [String; 2] = bar.balls.get_ref().clone().try_into().map_err(|_| {
-        FileError::at(
+        FileError::here(
             span.clone(),
             "a bar has two balls",
-            "here",
             "write balls = [\"1\", \"2\"]",
         )
     })?;
     if ends[0] == ends[1] {
-        return Err(FileError::at(
+        return Err(FileError::here(
             span,
             "both ends of the bar are the same ball",
-            "here",
             "name two balls",
         ));
     }
-    if let Some(name) = ends
-        .iter()
-        .find(|name| !balls.iter().any(|b| b.name == **name))
-    {
+    if let Some(name) = (ends.iter()).find(|name| !balls.iter().any(|b| b.name == **name)) {
         return Err(FileError::at(
             span,
             format!("there is no ball `{name}`"),
@@ -311,10 +304,9 @@ fn point(value: &Spanned<Exactly<3>>) -> Result<Vector3<f64>, FileError> {
     if point.iter().all(|v| v.abs() < LARGEST) {
         return Ok(point);
     }
-    Err(FileError::at(
+    Err(FileError::here(
         value.span(),
         "this is not a place on a machine",
-        "here",
         "write x, y and z in mm",
     ))
 }
@@ -324,10 +316,9 @@ fn direction(value: &Spanned<Exactly<3>>) -> Result<Vector3<f64>, FileError> {
     let unit = direction.try_normalize(f64::MIN_POSITIVE);
     unit.filter(|u| u.iter().all(|v| v.is_finite()))
         .ok_or_else(|| {
-            FileError::at(
+            FileError::here(
                 value.span(),
                 "this is not a direction",
-                "here",
                 "write a vector from the table to the ball in the workpiece frame: [0.0, 0.0, 1.0]",
             )
         })
@@ -338,10 +329,9 @@ fn positive(value: &Spanned<f64>) -> Result<f64, FileError> {
     if length > 0.0 && length < LARGEST {
         return Ok(length);
     }
-    Err(FileError::at(
+    Err(FileError::here(
         value.span(),
         format!("{length} is no such length"),
-        "here",
         "write mm, more than 0",
     ))
 }

@@ -52,6 +52,87 @@ impl DisplacementColumn {
     }
 }
 
+/// Where the columns are.
+struct DisplacementColumns {
+    time: usize,
+    position: Option<usize>,
+    sensors: [Option<usize>; 5],
+    temperatures: Vec<(usize, String)>,
+}
+
+impl DisplacementColumns {
+    fn of(table: &CsvTable<'_>) -> Result<Self, FileError> {
+        let columns = table.columns(0, DisplacementColumn::named)?;
+        let place = |column: &DisplacementColumn| columns.iter().position(|c| c == column);
+        let time = place(&DisplacementColumn::Time).ok_or_else(|| table.missing("time_s"))?;
+        let position = place(&DisplacementColumn::Position);
+        let sensors: [Option<usize>; 5] =
+            std::array::from_fn(|k| place(&DisplacementColumn::Sensor(k)));
+        if sensors == [None; 5] {
+            return Err(table.wrong_header("there is no column with readings of a sensor"));
+        }
+        let temperatures: Vec<(usize, String)> = (columns.iter().enumerate())
+            .filter_map(|(k, column)| match column {
+                DisplacementColumn::Temperature(place) => Some((k, place.clone())),
+                _ => None,
+            })
+            .collect();
+        Ok(Self {
+            time,
+            position,
+            sensors,
+            temperatures,
+        })
+    }
+
+    /// Checks that there is a position just where an axis moves.
+    fn fit(&self, table: &CsvTable<'_>, test: Test) -> Result<(), FileError> {
+        match (test, self.position) {
+            (Test::Axis(_), None) => Err(table.missing("position_mm")),
+            (Test::Environment | Test::Spindle, Some(_)) => Err(table
+                .wrong_header("there is a column `position_mm`, but no axis moves in this test")),
+            _ => Ok(()),
+        }
+    }
+
+    fn reading(
+        &self,
+        row: &CsvRow<'_>,
+        last: Option<&DriftReading>,
+    ) -> Result<DriftReading, FileError> {
+        let displacements = displacements(row, self.sensors)?;
+        let celsius = self.temperatures.iter();
+        let celsius = celsius.map(|(column, _)| within(row, *column, TEMPERATURES, "°C"));
+        let last = last.map(|reading| reading.time);
+        Ok(DriftReading {
+            time: row.increasing(
+                self.time,
+                last,
+                "write the rows in the order of their times",
+            )?,
+            position: (self.position)
+                .map(|column| within(row, column, -FAR..FAR, "mm"))
+                .transpose()?,
+            displacements,
+            celsius: celsius.collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// The readings (mm) of sensors; 0 for one that is not there.
+pub(super) fn displacements(
+    row: &CsvRow<'_>,
+    sensors: [Option<usize>; 5],
+) -> Result<[f64; 5], FileError> {
+    let mut read = [0.0; 5];
+    for (value, column) in read.iter_mut().zip(sensors) {
+        if let Some(column) = column {
+            *value = within(row, column, -LARGE..LARGE, "µm")? * 1e-3;
+        }
+    }
+    Ok(read)
+}
+
 /// Reads a file.
 ///
 /// # Errors
@@ -60,50 +141,12 @@ impl DisplacementColumn {
 pub fn read(text: &str) -> Result<Displacements, FileError> {
     let (heading, end): (DisplacementHeading, usize) = csv::heading(text, HEADING)?;
     let table = CsvTable::open(text, end, COLUMNS, VALUES)?;
-    let columns = table.columns(0, DisplacementColumn::named)?;
-    let place = |column: &DisplacementColumn| columns.iter().position(|c| c == column);
-    let time = place(&DisplacementColumn::Time).ok_or_else(|| table.missing("time_s"))?;
-    let position = place(&DisplacementColumn::Position);
-    let sensors: [Option<usize>; 5] =
-        std::array::from_fn(|k| place(&DisplacementColumn::Sensor(k)));
-    if sensors == [None; 5] {
-        return Err(table.wrong_header("there is no column with readings of a sensor"));
-    }
+    let columns = DisplacementColumns::of(&table)?;
     let test = heading.test()?;
-    match (test, position) {
-        (Test::Axis(_), None) => return Err(table.missing("position_mm")),
-        (Test::Environment | Test::Spindle, Some(_)) => {
-            return Err(table
-                .wrong_header("there is a column `position_mm`, but no axis moves in this test"));
-        }
-        _ => {}
-    }
-    let temperatures: Vec<(usize, String)> = (columns.iter().enumerate())
-        .filter_map(|(k, column)| match column {
-            DisplacementColumn::Temperature(place) => Some((k, place.clone())),
-            _ => None,
-        })
-        .collect();
+    columns.fit(&table, test)?;
     let mut readings: Vec<DriftReading> = Vec::new();
     for row in table {
-        let row = row?;
-        let last = readings.last().map(|reading| reading.time);
-        let mut displacements = [0.0; 5];
-        for (value, column) in displacements.iter_mut().zip(sensors) {
-            if let Some(column) = column {
-                *value = within(&row, column, -LARGE..LARGE, "µm")? * 1e-3;
-            }
-        }
-        let celsius = temperatures.iter();
-        let celsius = celsius.map(|(column, _)| within(&row, *column, TEMPERATURES, "°C"));
-        readings.push(DriftReading {
-            time: row.increasing(time, last, "write the rows in the order of their times")?,
-            position: position
-                .map(|column| within(&row, column, -FAR..FAR, "mm"))
-                .transpose()?,
-            displacements,
-            celsius: celsius.collect::<Result<_, _>>()?,
-        });
+        readings.push(columns.reading(&row?, readings.last())?);
     }
     if readings.len() < 2 {
         return Err(FileError::whole(
@@ -115,8 +158,10 @@ pub fn read(text: &str) -> Result<Displacements, FileError> {
         test,
         apart: apart(heading.sensors_apart_mm.as_ref())?,
         stop: heading.stop(&readings)?,
-        sensors: sensors.map(|column| column.is_some()),
-        temperatures: temperatures.into_iter().map(|(_, place)| place).collect(),
+        sensors: columns.sensors.map(|column| column.is_some()),
+        temperatures: (columns.temperatures.into_iter())
+            .map(|(_, place)| place)
+            .collect(),
         readings,
     })
 }
@@ -153,10 +198,9 @@ pub(super) fn apart(stated: Option<&Spanned<f64>>) -> Result<Option<f64>, FileEr
     };
     match (0.1..FAR).contains(&apart.get_ref().abs()) {
         true => Ok(Some(*apart.get_ref())),
-        false => Err(FileError::at(
+        false => Err(FileError::here(
             apart.span(),
             format!("sensors cannot be {} mm apart", apart.get_ref()),
-            "here",
             "write how far X2 and Y2 are from X1 and Y1 in +Z, in mm",
         )),
     }
@@ -174,29 +218,25 @@ impl DisplacementHeading {
                 "X" => Ok(Test::Axis('X')),
                 "Y" => Ok(Test::Axis('Y')),
                 "Z" => Ok(Test::Axis('Z')),
-                name => Err(FileError::at(
+                name => Err(FileError::here(
                     axis.span(),
                     format!("`{name}` is not a linear axis with sensors along it"),
-                    "here",
                     "write # axis = \"X\", \"Y\" or \"Z\"",
                 )),
             },
-            ("axis", None) => Err(FileError::at(
+            ("axis", None) => Err(FileError::here(
                 test.span(),
                 "the file does not say which axis moved",
-                "here",
                 "add # axis = \"X\"",
             )),
-            ("environment" | "spindle", Some(axis)) => Err(FileError::at(
+            ("environment" | "spindle", Some(axis)) => Err(FileError::here(
                 axis.span(),
                 "no axis moves in this test",
-                "here",
                 "leave out `axis`, or write # test = \"axis\"",
             )),
-            (name, _) => Err(FileError::at(
+            (name, _) => Err(FileError::here(
                 test.span(),
                 format!("`{name}` is not a known test"),
-                "here",
                 HEADING,
             )),
         }
@@ -209,7 +249,7 @@ impl DisplacementHeading {
         let ends = [readings.first(), readings.last()].map(|r| r.map_or(0.0, |r| r.time));
         match (ends[0]..=ends[1]).contains(stop.get_ref()) {
             true => Ok(Some(*stop.get_ref())),
-            false => Err(FileError::at(
+            false => Err(FileError::here(
                 stop.span(),
                 format!(
                     "nothing was read at {} s: the readings are from {} to {} s",
@@ -217,7 +257,6 @@ impl DisplacementHeading {
                     ends[0],
                     ends[1]
                 ),
-                "here",
                 "write the time at which the motion stopped, or leave it out",
             )),
         }

@@ -23,11 +23,7 @@ const KINDS: &str = "the header of probings has `ball` (ball,X,Y,Z,A,C), that of
 /// [`FileError`]: a header of none of these kinds.
 pub fn kind(text: &str) -> Result<FileKind, FileError> {
     let header = header(text);
-    let has = |name: &str| {
-        header
-            .iter()
-            .any(|column| column.eq_ignore_ascii_case(name))
-    };
+    let has = |name: &str| (header.iter()).any(|column| column.eq_ignore_ascii_case(name));
     match header.first().copied().unwrap_or_default() {
         "target" | "line" => Ok(FileKind::Runs),
         "angle" => Ok(FileKind::Ballbar),

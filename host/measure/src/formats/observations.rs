@@ -179,19 +179,13 @@ fn opened(
 ) -> Result<Observations, FileError> {
     match converted::first_column(text).0 {
         "target" | "line" => return converted::of_runs(text, file, machine),
-        "angle" => return converted::of_radii(text, file, &radii::read(text)?, machine),
-        _ if text.contains("radius_mm") => {
+        first if first == "angle" || text.contains("radius_mm") => {
             return converted::of_radii(text, file, &radii::read(text)?, machine);
         }
         _ => {}
     }
     let (heading, start) = ObservationHeading::read(text)?;
-    let letters = machine.axes.iter().map(|axis| axis.letter.to_string());
-    let layout = format!(
-        "write the header kind,setup,{} in any order, with the readings length_mm; x_mm,y_mm,z_mm; displacement_um or angle_urad (these with reads); deviation_um (with normal_x,normal_y,normal_z), and sigma_um, sigma_urad, S, time_s, temperature_C, NAME_C of other sensors or A_dir where they are known",
-        letters.collect::<Vec<_>>().join(",")
-    );
-    let table = CsvTable::open(text, start, layout, VALUES)?;
+    let table = CsvTable::open(text, start, layout(machine), VALUES)?;
     let columns = Columns::of(&table, machine, has_readings)?;
     let mut all = Observations {
         files: vec![file.to_owned()],
@@ -204,13 +198,7 @@ fn opened(
         let setup = match all.setups.iter().position(|s| s.name == name) {
             Some(number) if all.setups[number].kind == kind => number,
             Some(number) => {
-                let other = all.setups[number].kind.one();
-                return Err(row.error(
-                    columns.setup.unwrap_or(columns.kind),
-                    format!("the set-up `{name}` reads {other}, not {}", kind.one()),
-                    "here",
-                    "give each instrument its own name in the column setup",
-                ));
+                return Err(columns.other_kind(&row, name, [kind, all.setups[number].kind]));
             }
             None => heading.add(&mut all, name, kind),
         };
@@ -219,6 +207,15 @@ fn opened(
     }
     heading.is_used(&all)?;
     Ok(all)
+}
+
+/// What a file has to look like.
+fn layout(machine: &Machine) -> String {
+    let letters = machine.axes.iter().map(|axis| axis.letter.to_string());
+    format!(
+        "write the header kind,setup,{} in any order, with the readings length_mm; x_mm,y_mm,z_mm; displacement_um or angle_urad (these with reads); deviation_um (with normal_x,normal_y,normal_z), and sigma_um, sigma_urad, S, time_s, temperature_C, NAME_C of other sensors or A_dir where they are known",
+        letters.collect::<Vec<_>>().join(",")
+    )
 }
 
 impl Observations {
@@ -269,10 +266,7 @@ impl Observations {
         if let Some((axis, value)) = what.split_once('=') {
             let value: f64 = value.trim().trim_end_matches('°').parse().ok()?;
             let axis = axis.trim().to_ascii_uppercase();
-            let index = machine
-                .axes
-                .iter()
-                .position(|a| a.letter.to_string() == axis);
+            let index = (machine.axes.iter()).position(|a| a.letter.to_string() == axis);
             let at = |row: &Observation| match axis.as_str() {
                 "S" => Some(row.spindle),
                 _ => index.map(|i| row.position[i]),
@@ -329,63 +323,76 @@ fn differ(what: &str) -> (String, String) {
     )
 }
 
-/// Writes observations: all columns that any row has, positions and lengths with nine decimals, other readings with
-/// six.
-#[must_use]
-pub fn write(all: &Observations, machine: &Machine) -> String {
-    let mut text = heading::write(all);
-    let kinds: Vec<Kind> = Kind::ALL
-        .into_iter()
-        .filter(|kind| all.setups.iter().any(|s| s.kind == *kind))
-        .collect();
-    let has_sigma = |name: &str| {
-        let mut rows = all.rows.iter();
-        rows.any(|row| row.sigma.is_some() && all.setups[row.setup].kind.sigma() == name)
-    };
-    let directions = |i: &usize| all.rows.iter().any(|row| row.direction[*i] != 0.0);
-    let directed: Vec<usize> = (0..machine.axes.len()).filter(directions).collect();
-    let has = |of: fn(&Observation) -> bool| all.rows.iter().any(of);
-    let (has_s, has_reads) = (has(|r| r.spindle != 0.0), has(|r| r.reads.is_some()));
-    let has_normal = has(|r| r.normal.is_some());
-    let (has_t, has_c) = (has(|r| r.time.is_some()), has(|r| r.temperature.is_some()));
-    let sigmas: Vec<&str> = ["sigma_um", "sigma_urad"]
-        .into_iter()
-        .filter(|name| has_sigma(name))
-        .collect();
-    let mut header: Vec<String> = vec!["kind".to_owned(), "setup".to_owned()];
-    header.extend(machine.axes.iter().map(|axis| axis.letter.to_string()));
-    header.extend(
-        directed
-            .iter()
-            .map(|i| format!("{}_dir", machine.axes[*i].letter)),
-    );
-    header.extend(has_s.then(|| "S".to_owned()));
-    header.extend(has_reads.then(|| "reads".to_owned()));
-    let normals = ["normal_x", "normal_y", "normal_z"];
-    header.extend(
-        normals
-            .map(str::to_owned)
-            .into_iter()
-            .filter(|_| has_normal),
-    );
-    for kind in &kinds {
-        header.extend(kind.columns().0.iter().map(|name| (*name).to_owned()));
+/// The columns that any row has.
+struct WrittenColumns<'a> {
+    all: &'a Observations,
+    machine: &'a Machine,
+    kinds: Vec<Kind>,
+    /// Axes with directions.
+    directed: Vec<usize>,
+    sigmas: Vec<&'static str>,
+    has_spindle: bool,
+    has_reads: bool,
+    has_normal: bool,
+    has_time: bool,
+    has_temperature: bool,
+}
+
+impl<'a> WrittenColumns<'a> {
+    fn of(all: &'a Observations, machine: &'a Machine) -> Self {
+        let kinds = Kind::ALL.into_iter();
+        let is_read = |kind: &Kind| all.setups.iter().any(|s| s.kind == *kind);
+        let has_sigma = |name: &str| {
+            let mut rows = all.rows.iter();
+            rows.any(|row| row.sigma.is_some() && all.setups[row.setup].kind.sigma() == name)
+        };
+        let directions = |i: &usize| all.rows.iter().any(|row| row.direction[*i] != 0.0);
+        let has = |of: fn(&Observation) -> bool| all.rows.iter().any(of);
+        let sigmas = ["sigma_um", "sigma_urad"].into_iter();
+        Self {
+            all,
+            machine,
+            kinds: kinds.filter(is_read).collect(),
+            directed: (0..machine.axes.len()).filter(directions).collect(),
+            sigmas: sigmas.filter(|name| has_sigma(name)).collect(),
+            has_spindle: has(|r| r.spindle != 0.0),
+            has_reads: has(|r| r.reads.is_some()),
+            has_normal: has(|r| r.normal.is_some()),
+            has_time: has(|r| r.time.is_some()),
+            has_temperature: has(|r| r.temperature.is_some()),
+        }
     }
-    header.extend(sigmas.iter().map(|name| (*name).to_owned()));
-    header.extend(has_t.then(|| "time_s".to_owned()));
-    header.extend(has_c.then(|| "temperature_C".to_owned()));
-    let _ = writeln!(text, "{}", header.join(","));
-    for row in &all.rows {
-        let setup = &all.setups[row.setup];
+
+    fn header(&self) -> Vec<String> {
+        let axes = &self.machine.axes;
+        let mut header: Vec<String> = vec!["kind".to_owned(), "setup".to_owned()];
+        header.extend(axes.iter().map(|axis| axis.letter.to_string()));
+        let directed = self.directed.iter();
+        header.extend(directed.map(|i| format!("{}_dir", axes[*i].letter)));
+        header.extend(self.has_spindle.then(|| "S".to_owned()));
+        header.extend(self.has_reads.then(|| "reads".to_owned()));
+        let normals = ["normal_x", "normal_y", "normal_z"].into_iter();
+        header.extend(normals.filter(|_| self.has_normal).map(str::to_owned));
+        let readings = self.kinds.iter().flat_map(|kind| kind.columns().0);
+        header.extend(readings.chain(&self.sigmas).map(|name| (*name).to_owned()));
+        header.extend(self.has_time.then(|| "time_s".to_owned()));
+        header.extend(self.has_temperature.then(|| "temperature_C".to_owned()));
+        header
+    }
+
+    fn cells(&self, row: &Observation) -> Vec<String> {
+        let machine = self.machine;
+        let setup = &self.all.setups[row.setup];
         let mut cells = vec![setup.kind.name().to_owned(), setup.name.clone()];
         let positions = row.position.iter().take(machine.axes.len());
         cells.extend(positions.map(|q| rounded(*q, 9)));
-        cells.extend(directed.iter().map(|i| row.direction[*i].to_string()));
-        cells.extend(has_s.then(|| row.spindle.to_string()));
-        cells.extend(has_reads.then(|| row.reads.map_or(String::new(), |r| words(r, machine))));
+        cells.extend(self.directed.iter().map(|i| row.direction[*i].to_string()));
+        cells.extend(self.has_spindle.then(|| row.spindle.to_string()));
+        let reads = || row.reads.map_or(String::new(), |r| words(r, machine));
+        cells.extend(self.has_reads.then(reads));
         let normal = |k: usize| row.normal.map_or(String::new(), |n| rounded(n[k], 9));
-        cells.extend((0..3).filter(|_| has_normal).map(normal));
-        for kind in &kinds {
+        cells.extend((0..3).filter(|_| self.has_normal).map(normal));
+        for kind in &self.kinds {
             let (names, unit) = kind.columns();
             let digits = if unit == 1.0 { 9 } else { 6 };
             let cell = |k: usize| match *kind == setup.kind {
@@ -394,14 +401,26 @@ pub fn write(all: &Observations, machine: &Machine) -> String {
             };
             cells.extend((0..names.len()).map(cell));
         }
-        cells.extend(sigmas.iter().map(|name| {
+        cells.extend(self.sigmas.iter().map(|name| {
             let own = row.sigma.filter(|_| setup.kind.sigma() == *name);
             own.map_or(String::new(), |s| rounded(s * 1e3, 9))
         }));
         let optional = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
-        cells.extend(has_t.then(|| optional(row.time)));
-        cells.extend(has_c.then(|| optional(row.temperature)));
-        let _ = writeln!(text, "{}", cells.join(","));
+        cells.extend(self.has_time.then(|| optional(row.time)));
+        cells.extend(self.has_temperature.then(|| optional(row.temperature)));
+        cells
+    }
+}
+
+/// Writes observations: all columns that any row has, positions and lengths with nine decimals, other readings with
+/// six.
+#[must_use]
+pub fn write(all: &Observations, machine: &Machine) -> String {
+    let mut text = heading::write(all);
+    let columns = WrittenColumns::of(all, machine);
+    let _ = writeln!(text, "{}", columns.header().join(","));
+    for row in &all.rows {
+        let _ = writeln!(text, "{}", columns.cells(row).join(","));
     }
     text
 }

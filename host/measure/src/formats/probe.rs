@@ -4,6 +4,7 @@ use super::artefact::Stylus;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::fmt::Write;
+use std::ops::Range;
 use toml::Spanned;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
@@ -112,40 +113,46 @@ struct LobeEntry {
     sine_mm: f64,
     standard_uncertainty_mm: f64,
 }
+const REMEDY: &str = "give the file that `trueaxis qualify` has written for this machine";
 
-/// Largest deviation of an effective radius (mm), and highest order of lobes.
-const LARGEST: f64 = 1.0;
-/// Highest order of lobes.
-pub const ORDERS: usize = 8;
+fn wrong<T>(span: Range<usize>) -> Result<T, FileError> {
+    Err(FileError::here(span, "no probe is like this", REMEDY))
+}
 
-impl ProbeFile {
-    /// Reads the file of a machine.
-    ///
-    /// # Errors
-    /// [`FileError`]: syntax, another machine, impossible sizes.
-    pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
-        let file: ProbeEntries =
-            toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
-        let remedy = "give the file that `trueaxis qualify` has written for this machine";
-        if *file.machine.get_ref() != machine.name {
-            return Err(FileError::at(
-                file.machine.span(),
-                format!("the probe was qualified on `{}`", file.machine.get_ref()),
-                format!("not {}", machine.name),
-                remedy,
-            ));
+impl ProbeEntries {
+    fn is_of(&self, machine: &Machine) -> Result<(), FileError> {
+        if *self.machine.get_ref() == machine.name {
+            return Ok(());
         }
-        let wrong = |span| Err(FileError::at(span, "no probe is like this", "here", remedy));
-        let radius = *file.tip_radius_mm.get_ref();
+        Err(FileError::at(
+            self.machine.span(),
+            format!("the probe was qualified on `{}`", self.machine.get_ref()),
+            format!("not {}", machine.name),
+            REMEDY,
+        ))
+    }
+
+    fn tip(&self) -> [Option<f64>; 3] {
+        [self.x_mm, self.y_mm, self.z_mm]
+    }
+
+    fn tip_uncertainty(&self) -> [Option<f64>; 3] {
+        [
+            self.x_standard_uncertainty_mm,
+            self.y_standard_uncertainty_mm,
+            self.z_standard_uncertainty_mm,
+        ]
+    }
+
+    /// Checks all numbers but those of lobes.
+    fn has_sizes(&self) -> Result<(), FileError> {
+        let radius = *self.tip_radius_mm.get_ref();
         if !(radius > 0.0 && radius < 100.0) {
-            return wrong(file.tip_radius_mm.span());
+            return wrong(self.tip_radius_mm.span());
         }
-        let uncertainty = *file.tip_radius_standard_uncertainty_mm.get_ref();
-        let tip = [file.x_mm, file.y_mm, file.z_mm];
-        let tip_uncertainty = [
-            file.x_standard_uncertainty_mm,
-            file.y_standard_uncertainty_mm,
-            file.z_standard_uncertainty_mm,
+        let uncertainties = [
+            *self.tip_radius_standard_uncertainty_mm.get_ref(),
+            self.pole_standard_uncertainty_mm,
         ];
         let is_uncertainty = |value: &f64| *value >= 0.0 && value.is_finite();
         let is_placed = |(tip, uncertainty): (&Option<f64>, &Option<f64>)| match (tip, uncertainty)
@@ -154,18 +161,26 @@ impl ProbeFile {
             (Some(tip), None) => tip.is_finite(),
             (Some(tip), Some(uncertainty)) => tip.is_finite() && *uncertainty > 0.0,
         };
-        if !([uncertainty, file.pole_standard_uncertainty_mm].iter()).all(is_uncertainty)
-            || !tip.iter().zip(&tip_uncertainty).all(is_placed)
-            || file.pole_mm.is_nan()
-            || file.pole_mm.abs() > LARGEST
+        if !uncertainties.iter().all(is_uncertainty)
+            || !self
+                .tip()
+                .iter()
+                .zip(&self.tip_uncertainty())
+                .all(is_placed)
+            || self.pole_mm.is_nan()
+            || self.pole_mm.abs() > LARGEST
         {
-            return wrong(file.tip_radius_standard_uncertainty_mm.span());
+            return wrong(self.tip_radius_standard_uncertainty_mm.span());
         }
+        Ok(())
+    }
+
+    fn shape(&self) -> Result<Spherical, FileError> {
         let mut shape = Spherical {
-            pole: file.pole_mm,
+            pole: self.pole_mm,
             lobes: Vec::new(),
         };
-        for entry in file.lobe {
+        for entry in &self.lobe {
             let LobeEntry {
                 order,
                 cosine_mm: cosine,
@@ -184,14 +199,33 @@ impl ProbeFile {
                 uncertainty,
             });
         }
+        Ok(shape)
+    }
+}
+
+/// Largest deviation of an effective radius (mm), and highest order of lobes.
+const LARGEST: f64 = 1.0;
+/// Highest order of lobes.
+pub const ORDERS: usize = 8;
+
+impl ProbeFile {
+    /// Reads the file of a machine.
+    ///
+    /// # Errors
+    /// [`FileError`]: syntax, another machine, impossible sizes.
+    pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
+        let file: ProbeEntries =
+            toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        file.is_of(machine)?;
+        file.has_sizes()?;
         Ok(Self {
             machine: machine.name.clone(),
-            radius,
-            radius_uncertainty: uncertainty,
-            tip,
-            tip_uncertainty,
+            radius: *file.tip_radius_mm.get_ref(),
+            radius_uncertainty: *file.tip_radius_standard_uncertainty_mm.get_ref(),
+            tip: file.tip(),
+            tip_uncertainty: file.tip_uncertainty(),
             pole_uncertainty: file.pole_standard_uncertainty_mm,
-            shape,
+            shape: file.shape()?,
         })
     }
 

@@ -9,7 +9,7 @@ mod checks;
 
 pub use checks::have_known_balls;
 
-use super::{axis, is_in_travel, temperatures};
+use super::{axis, direction, position, temperatures};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
@@ -49,6 +49,15 @@ pub struct Probings {
     pub rows: Vec<Probing>,
 }
 
+/// The index of a ball, which is added if it is new.
+pub(crate) fn ball_index(balls: &mut Vec<String>, name: &str) -> usize {
+    let known = balls.iter().position(|ball| ball == name);
+    known.unwrap_or_else(|| {
+        balls.push(name.to_owned());
+        balls.len() - 1
+    })
+}
+
 /// Content of a column.
 #[derive(Clone, Debug, PartialEq)]
 enum ProbingColumn {
@@ -84,8 +93,7 @@ impl ProbingColumn {
     /// The column with a name.
     fn named(name: &str, machine: &Machine) -> Option<Self> {
         let axis = |name: &str| axis(name, machine);
-        let named = NAMES
-            .iter()
+        let named = (NAMES.iter())
             .find(|(n, _)| *n == name)
             .map(|(_, c)| c.clone());
         let direction = || axis(name.strip_suffix("_dir")?).map(Self::Direction);
@@ -111,14 +119,10 @@ pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, Fil
     );
     let table = CsvTable::open(text, 0, layout, VALUES)?;
     let columns = table.columns(0, |name| ProbingColumn::named(name, machine))?;
-    let ball = columns
-        .iter()
-        .position(|column| *column == ProbingColumn::Ball);
+    let ball = columns.iter().position(|c| *c == ProbingColumn::Ball);
     let ball = ball.ok_or_else(|| table.missing("ball"))?;
-    if let Some(i) = needed
-        .iter()
-        .find(|i| !columns.contains(&ProbingColumn::Axis(**i)))
-    {
+    let lacks = |i: &&usize| !columns.contains(&ProbingColumn::Axis(**i));
+    if let Some(i) = needed.iter().find(lacks) {
         return Err(table.missing(machine.axes[*i].letter));
     }
     let mut probings = Probings::default();
@@ -154,9 +158,7 @@ fn needed(machine: &Machine, linear: bool) -> Vec<usize> {
 
 /// The values that are equal if one row is a copy of another.
 fn key(row: &Probing) -> (usize, Vec<Option<u64>>) {
-    let some = row
-        .position
-        .iter()
+    let some = (row.position.iter())
         .chain(&row.direction)
         .chain([&row.spindle]);
     let others = [row.run, row.time, row.sigma, row.temperature];
@@ -183,25 +185,8 @@ fn probing(
         match *column {
             ProbingColumn::Ball | ProbingColumn::Cycle => {}
             ProbingColumn::Sensor(_) => _ = temperatures::celsius(row, k)?,
-            ProbingColumn::Axis(i) => {
-                let axis = &machine.axes[i];
-                if !axis.modulo {
-                    let remedy = "correct the row, or the range of the axis in the machine file";
-                    is_in_travel(row, k, axis, value, remedy)?;
-                }
-                probing.position[i] = value;
-            }
-            ProbingColumn::Direction(i) if value == 1.0 || value == -1.0 || value == 0.0 => {
-                probing.direction[i] = value;
-            }
-            ProbingColumn::Direction(_) => {
-                return Err(row.error(
-                    k,
-                    format!("`{}` is not a direction", row.cells[k].text),
-                    "here",
-                    "write 1 after positive travel, -1 after negative travel, 0 if unknown",
-                ));
-            }
+            ProbingColumn::Axis(i) => probing.position[i] = position(row, k, &machine.axes[i])?,
+            ProbingColumn::Direction(i) => probing.direction[i] = direction(row, k)?,
             ProbingColumn::Spindle => probing.spindle = value,
             ProbingColumn::Run => probing.run = Some(value),
             ProbingColumn::Time => probing.time = Some(value),
@@ -273,11 +258,15 @@ fn written(probings: &Probings, machine: &Machine, linear: bool) -> String {
             ));
         }
     }
+    table(probings, &columns)
+}
+
+fn table(probings: &Probings, columns: &[(String, CellWriter)]) -> String {
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
     let mut text = format!("ball,{}\n", names.join(","));
     for row in &probings.rows {
         text += &probings.balls[row.ball];
-        for (_, cell) in &columns {
+        for (_, cell) in columns {
             text.push(',');
             text += &cell(row);
         }

@@ -114,7 +114,7 @@ impl RadiusHeading {
             .as_ref()
             .ok_or_else(|| missing("radius_mm"))?;
         let at = |span: Range<usize>, message: String, remedy: &str| {
-            FileError::at(span, message, "here", remedy)
+            FileError::here(span, message, remedy)
         };
         if !LENGTHS.contains(radius.get_ref()) {
             return Err(at(
@@ -164,13 +164,12 @@ fn readings(table: CsvTable<'_>, radius: f64, factor: f64) -> Result<RadiusReadi
                 let row = row?;
                 let place = Vector3::new(row.number(x)?, row.number(y)?, row.number(z)?);
                 if (place.norm() - radius).abs() > OFF * radius {
-                    return Err(FileError::at(
+                    return Err(FileError::here(
                         row.span,
                         format!(
                             "the position is {:.3} mm from the centre, the bar is {radius} mm long",
                             place.norm()
                         ),
-                        "here",
                         "positions count from the centre of the test, in mm",
                     ));
                 }

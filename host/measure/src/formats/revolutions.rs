@@ -1,6 +1,6 @@
 //! Readings of displacement sensors over whole turns of a spindle, for error motions to ISO 230-7, as CSV.
 
-use super::displacements::{LARGE, apart, sensor, within};
+use super::displacements::{apart, displacements, sensor};
 use crate::direct::iso230_7::Turns;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -44,71 +44,12 @@ enum RevolutionColumn {
 pub fn read(text: &str) -> Result<Turns, FileError> {
     let (heading, end): (RevolutionHeading, usize) = csv::heading(text, HEADING)?;
     let table = CsvTable::open(text, end, COLUMNS, VALUES)?;
-    let columns = table.columns(0, |name| match name {
-        "turn" => Some(RevolutionColumn::Turn),
-        "angle_deg" => Some(RevolutionColumn::Angle),
-        _ => sensor(name).map(RevolutionColumn::Sensor),
-    })?;
-    let place = |column: &RevolutionColumn| columns.iter().position(|c| c == column);
-    let turn = place(&RevolutionColumn::Turn).ok_or_else(|| table.missing("turn"))?;
-    let angle = place(&RevolutionColumn::Angle).ok_or_else(|| table.missing("angle_deg"))?;
-    let sensors: [Option<usize>; 5] = std::array::from_fn(|k| place(&RevolutionColumn::Sensor(k)));
-    if sensors == [None; 5] {
-        return Err(table.wrong_header("there is no column with readings of a sensor"));
-    }
-    let mut turns: BTreeMap<i64, BTreeMap<i64, [f64; 5]>> = BTreeMap::new();
-    for row in table {
-        let row = row?;
-        let number = row.number(turn)?;
-        if number.fract() != 0.0 || number.abs() > 1e9 {
-            let message = format!("`{}` is not the number of a turn", row.cells[turn].text);
-            return Err(row.error(turn, message, "here", "count turns: 1, 2, 3"));
-        }
-        let steps = (row.number(angle)?.rem_euclid(360.0) / SAME).round() as i64;
-        let steps = steps.rem_euclid((360.0 / SAME) as i64);
-        let mut read = [0.0; 5];
-        for (value, column) in read.iter_mut().zip(sensors) {
-            if let Some(column) = column {
-                *value = within(&row, column, -LARGE..LARGE, "µm")? * 1e-3;
-            }
-        }
-        let of_turn = turns.entry(number as i64).or_default();
-        if of_turn.insert(steps, read).is_some() {
-            let message = format!("turn {number} has this angle twice");
-            let remedy = "give every turn a number of its own in the column turn";
-            return Err(row.error(angle, message, "the second time", remedy));
-        }
-    }
-    let all: BTreeSet<i64> = turns
-        .values()
-        .flat_map(|turn| turn.keys().copied())
-        .collect();
-    if turns.len() < 2 || all.len() < FEWEST {
-        return Err(FileError::whole(
-            format!(
-                "{} turns with {} angles do not show the part that repeats in every turn",
-                turns.len(),
-                all.len()
-            ),
-            format!("read at the same angles, {FEWEST} or more, in two or more turns"),
-        ));
-    }
-    for (number, turn) in &turns {
-        if let Some(lacks) = all.iter().find(|steps| !turn.contains_key(steps)) {
-            return Err(FileError::whole(
-                format!(
-                    "turn {number} lacks the angle {}°, which others have",
-                    *lacks as f64 * SAME
-                ),
-                "trigger the readings by the encoder, at the same angles in every turn, and leave out turns that are not whole",
-            ));
-        }
-    }
+    let (sensors, turns) = rows(table)?;
+    let angles = common_angles(&turns)?;
     let turns = Turns {
         apart: apart(heading.sensors_apart_mm.as_ref())?,
-        sensors: sensors.map(|column| column.is_some()),
-        angles: all
-            .iter()
+        sensors,
+        angles: (angles.iter())
             .map(|steps| (*steps as f64 * SAME).to_radians())
             .collect(),
         readings: (turns.into_values())
@@ -126,6 +67,74 @@ pub fn read(text: &str) -> Result<Turns, FileError> {
         ));
     }
     Ok(turns)
+}
+
+/// The readings (mm) of each turn by its number and the angle, in steps of [`SAME`].
+type ByTurn = BTreeMap<i64, BTreeMap<i64, [f64; 5]>>;
+
+/// Which sensors there are, and what they read.
+fn rows(table: CsvTable<'_>) -> Result<([bool; 5], ByTurn), FileError> {
+    let columns = table.columns(0, |name| match name {
+        "turn" => Some(RevolutionColumn::Turn),
+        "angle_deg" => Some(RevolutionColumn::Angle),
+        _ => sensor(name).map(RevolutionColumn::Sensor),
+    })?;
+    let place = |column: &RevolutionColumn| columns.iter().position(|c| c == column);
+    let turn = place(&RevolutionColumn::Turn).ok_or_else(|| table.missing("turn"))?;
+    let angle = place(&RevolutionColumn::Angle).ok_or_else(|| table.missing("angle_deg"))?;
+    let sensors: [Option<usize>; 5] = std::array::from_fn(|k| place(&RevolutionColumn::Sensor(k)));
+    if sensors == [None; 5] {
+        return Err(table.wrong_header("there is no column with readings of a sensor"));
+    }
+    let mut turns = ByTurn::new();
+    for row in table {
+        let row = row?;
+        let number = row.number(turn)?;
+        if number.fract() != 0.0 || number.abs() > 1e9 {
+            let message = format!("`{}` is not the number of a turn", row.cells[turn].text);
+            return Err(row.error(turn, message, "here", "count turns: 1, 2, 3"));
+        }
+        let steps = (row.number(angle)?.rem_euclid(360.0) / SAME).round() as i64;
+        let steps = steps.rem_euclid((360.0 / SAME) as i64);
+        let read = displacements(&row, sensors)?;
+        let of_turn = turns.entry(number as i64).or_default();
+        if of_turn.insert(steps, read).is_some() {
+            let message = format!("turn {number} has this angle twice");
+            let remedy = "give every turn a number of its own in the column turn";
+            return Err(row.error(angle, message, "the second time", remedy));
+        }
+    }
+    Ok((sensors.map(|column| column.is_some()), turns))
+}
+
+/// The angles of every turn.
+fn common_angles(turns: &ByTurn) -> Result<BTreeSet<i64>, FileError> {
+    let all: BTreeSet<i64> = turns
+        .values()
+        .flat_map(|turn| turn.keys().copied())
+        .collect();
+    if turns.len() < 2 || all.len() < FEWEST {
+        return Err(FileError::whole(
+            format!(
+                "{} turns with {} angles do not show the part that repeats in every turn",
+                turns.len(),
+                all.len()
+            ),
+            format!("read at the same angles, {FEWEST} or more, in two or more turns"),
+        ));
+    }
+    for (number, turn) in turns {
+        if let Some(lacks) = all.iter().find(|steps| !turn.contains_key(steps)) {
+            return Err(FileError::whole(
+                format!(
+                    "turn {number} lacks the angle {}°, which others have",
+                    *lacks as f64 * SAME
+                ),
+                "trigger the readings by the encoder, at the same angles in every turn, and leave out turns that are not whole",
+            ));
+        }
+    }
+    Ok(all)
 }
 
 #[cfg(test)]

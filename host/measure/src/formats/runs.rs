@@ -59,14 +59,13 @@ fn opened(text: &str, machine: &Machine, needs_place: bool) -> Result<MeasuredRu
 /// Writes a measurement: readings in µm or µrad with four decimals.
 #[must_use]
 pub fn write(measured: &MeasuredRuns, machine: &Machine) -> String {
+    let name = toml::Value::from(machine.name.as_str());
+    let letter = |line: &AxisRuns| machine.axes[line.setup.moved].letter;
     match measured {
         MeasuredRuns::Line(line) => {
-            let letter = machine.axes[line.setup.moved].letter;
-            let mut text = format!(
-                "# machine = {}\n# axis = \"{letter}\"\n# reads = \"{}\"\n",
-                toml::Value::from(machine.name.as_str()),
-                line.setup.words(machine)
-            );
+            let (letter, reads) = (letter(line), line.setup.words(machine));
+            let mut text =
+                format!("# machine = {name}\n# axis = \"{letter}\"\n# reads = \"{reads}\"\n");
             text += &common(&line.setup, machine, &[line.setup.moved]);
             if line.setup.keeps_slope {
                 text += "# slope = \"keep\"\n";
@@ -76,25 +75,17 @@ pub fn write(measured: &MeasuredRuns, machine: &Machine) -> String {
             text
         }
         MeasuredRuns::Square(square) => {
-            let of = |line: &AxisRuns| {
-                let letter = machine.axes[line.setup.moved].letter;
-                format!("{letter} = \"{}\"", line.setup.words(machine))
-            };
             let [a, b] = &square.lines;
-            let mut text = format!(
-                "# machine = {}\n# reads_along = {{ {}, {} }}\n",
-                toml::Value::from(machine.name.as_str()),
-                of(a),
-                of(b)
-            );
+            let [of_a, of_b] =
+                [a, b].map(|line| format!("{} = \"{}\"", letter(line), line.setup.words(machine)));
+            let mut text = format!("# machine = {name}\n# reads_along = {{ {of_a}, {of_b} }}\n");
             text += &common(&a.setup, machine, &[]);
             if square.over != 0.0 {
                 let _ = writeln!(text, "# square_urad = {:?}", square.over * 1e6);
             }
             let _ = writeln!(text, "line,target,{}", directions(a));
             for line in [a, b] {
-                let letter = machine.axes[line.setup.moved].letter;
-                rows(&mut text, &format!("{letter},"), line);
+                rows(&mut text, &format!("{},", letter(line)), line);
             }
             text
         }
@@ -157,19 +148,7 @@ pub fn sense(words: &str, machine: &Machine) -> Result<(Sense, f64), String> {
         Some(&"workpiece") => -1.0,
         _ => return Err(format!("`{words}` does not begin with tool or workpiece")),
     };
-    let axis = |part: &str| -> Result<(usize, f64), String> {
-        let sign = match part.as_bytes().first() {
-            Some(b'+') => 1.0,
-            Some(b'-') => -1.0,
-            _ => return Err(format!("`{part}` has no sign")),
-        };
-        let mut letters = part[1..].chars();
-        let index = letters.next().and_then(|letter| machine.index(letter));
-        match (index, letters.next()) {
-            (Some(index), None) => Ok((index, sign)),
-            _ => Err(format!("the machine has no axis `{}`", &part[1..])),
-        }
-    };
+    let axis = |part: &str| signed_axis(part, machine);
     let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
     match parts[1..] {
         [one] => {
@@ -190,5 +169,20 @@ pub fn sense(words: &str, machine: &Machine) -> Result<(Sense, f64), String> {
             Ok((Sense::From(a, b), who * sign_a * sign_b))
         }
         _ => Err(format!("`{words}` names no direction")),
+    }
+}
+
+/// An axis with a sign, as in `+X`.
+fn signed_axis(part: &str, machine: &Machine) -> Result<(usize, f64), String> {
+    let sign = match part.as_bytes().first() {
+        Some(b'+') => 1.0,
+        Some(b'-') => -1.0,
+        _ => return Err(format!("`{part}` has no sign")),
+    };
+    let mut letters = part[1..].chars();
+    let index = letters.next().and_then(|letter| machine.index(letter));
+    match (index, letters.next()) {
+        (Some(index), None) => Ok((index, sign)),
+        _ => Err(format!("the machine has no axis `{}`", &part[1..])),
     }
 }

@@ -98,7 +98,25 @@ pub fn read(text: &str) -> Result<Temperatures, FileError> {
     if sensors.is_empty() {
         return Err(table.wrong_header("there is no column with temperatures"));
     }
-    let mut rows: Vec<(Celsius, Option<i64>)> = Vec::new();
+    let rows = rows(table, is_measured, time, cycle, &sensors)?;
+    let readings = in_order(rows)?;
+    Ok(Temperatures {
+        sensors: sensors.into_iter().map(|(_, name)| name).collect(),
+        readings,
+    })
+}
+
+/// A row, and the number of its cycle, if the file says it.
+type LabelledRow = (Celsius, Option<i64>);
+
+fn rows(
+    table: CsvTable<'_>,
+    is_measured: bool,
+    time: usize,
+    cycle: Option<usize>,
+    sensors: &[(usize, String)],
+) -> Result<Vec<LabelledRow>, FileError> {
+    let mut rows: Vec<LabelledRow> = Vec::new();
     for row in table {
         let row = row?;
         let is_empty = |(column, _): &(usize, String)| row.cells[*column].text.is_empty();
@@ -118,6 +136,11 @@ pub fn read(text: &str) -> Result<Temperatures, FileError> {
         };
         rows.push((reading, label.map(|label| label as i64)));
     }
+    Ok(rows)
+}
+
+/// The rows in the order of their times, divided into cycles.
+fn in_order(mut rows: Vec<LabelledRow>) -> Result<Vec<Celsius>, FileError> {
     rows.sort_by(|a, b| a.0.time.total_cmp(&b.0.time));
     rows.dedup_by(|later, first| later.0.time == first.0.time);
     let (mut readings, labels): (Vec<Celsius>, Vec<Option<i64>>) = rows.into_iter().unzip();
@@ -129,10 +152,7 @@ pub fn read(text: &str) -> Result<Temperatures, FileError> {
         ));
     }
     divide(&mut readings, &labels);
-    Ok(Temperatures {
-        sensors: sensors.into_iter().map(|(_, name)| name).collect(),
-        readings,
-    })
+    Ok(readings)
 }
 
 /// Finds gaps, and numbers the cycles: by `labels`, or from gap to gap.

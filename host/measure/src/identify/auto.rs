@@ -110,6 +110,24 @@ impl<'a> AutoInputs<'a> {
         Problem::new(machine, probings, artefact, parameters, self.base).with(self.observations)
     }
 
+    /// The observations, and drift together with which they fit.
+    fn with_drift(&self, directions: &[bool]) -> Result<Observations, IdentifyError> {
+        let mut observations = self.observations.clone();
+        if observations.drift.is_empty() {
+            // What a simple model leaves is no noise, but it does not drift either.
+            let problem = self.problem(&candidates(
+                self.machine,
+                0,
+                RotationForm::Harmonics,
+                directions,
+            ));
+            if problem.has_times() {
+                observations.drift = drifting(&problem, &identify(&problem, self.options)?);
+            }
+        }
+        Ok(observations)
+    }
+
     /// Identifies given parameters, and predicts with them; rows weigh as these `weights` say, or as they did.
     fn found(
         &self,
@@ -159,14 +177,8 @@ impl<'a> AutoInputs<'a> {
         !base.is_tabulated(machine, parameter) && !axis.is_some_and(is_cut)
     }
 
-    /// What is worth being added to the parameters of a result: one error motion up to one degree, or one location or scale,
-    /// after the other.
-    fn added(
-        &self,
-        of: &Identified,
-        forms: &[RotationForm],
-        directions: &[bool],
-    ) -> Vec<Parameter> {
+    /// What may be added together: one location or scale, or one error motion in a range of degrees.
+    fn groups(&self, forms: &[RotationForm], directions: &[bool]) -> Vec<Vec<Parameter>> {
         let mut groups: Vec<Vec<Parameter>> =
             candidates(self.machine, 0, RotationForm::Harmonics, directions)
                 .into_iter()
@@ -186,6 +198,18 @@ impl<'a> AutoInputs<'a> {
                 }
             }
         }
+        groups
+    }
+
+    /// What is worth being added to the parameters of a result: one error motion up to one degree, or one location or scale,
+    /// after the other.
+    fn added(
+        &self,
+        of: &Identified,
+        forms: &[RotationForm],
+        directions: &[bool],
+    ) -> Vec<Parameter> {
+        let groups = self.groups(forms, directions);
         let mut all: Vec<Parameter> = groups.concat();
         all.sort_unstable();
         all.dedup();
@@ -194,52 +218,52 @@ impl<'a> AutoInputs<'a> {
         let place = &of.place;
         let kept = place.factor.unknowns().iter();
         let mut unknowns: Vec<Unknown> = kept.map(|i| problem.unknowns[*i]).collect();
-        let mut taken: Vec<usize> = (0..unknowns.len()).collect();
+        let first = unknowns.len();
         unknowns.extend(all.iter().copied().map(Unknown::Parameter));
         let number = |p: &Parameter| {
             let own = Unknown::Parameter(*p);
             unknowns.iter().position(|unknown| *unknown == own)
         };
-        let groups: Vec<Vec<usize>> = groups
-            .iter()
+        let groups: Vec<Vec<usize>> = (groups.iter())
             .map(|group| group.iter().filter_map(number).collect())
             .collect();
         let elsewhere = Elsewhere::new(&problem, &place.estimate, &place.weights, &unknowns);
-        let Some(elsewhere) = elsewhere else {
-            return Vec::new();
-        };
-        let first = taken.len();
-        let fewest = elsewhere.predicted(&taken);
-        let (mut off, mut worth) = (fewest.off(), first);
-        let mut best = fewest.clone();
-        // One alone may bring little while others are missing: go on, and judge what has come together.
-        loop {
-            let is_new = |i: &usize| !taken.contains(i);
-            let rest = groups.iter();
-            let rest = rest.map(|group| group.iter().copied().filter(is_new).collect());
-            let mut rest: Vec<Vec<usize>> =
-                rest.filter(|group: &Vec<_>| !group.is_empty()).collect();
-            rest.sort_unstable();
-            rest.dedup();
-            let gains = elsewhere.gains(&taken, &rest);
-            let mut order: Vec<usize> = (0..rest.len()).collect();
-            order.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
-            let tried = order.iter().take(TRIED).map(|i| {
-                let with = [&taken[..], &rest[*i]].concat();
-                (elsewhere.predicted(&with), with)
-            });
-            let next = tried.min_by(|a, b| a.0.off().total_cmp(&b.0.off()));
-            let Some((predicted, with)) = next.filter(|(next, _)| next.off() < off) else {
-                break;
-            };
-            (off, taken) = (predicted.off(), with);
-            if predicted.is_better(&best, &fewest) {
-                (best, worth) = (predicted, taken.len());
-            }
-        }
-        let added = taken[first..worth].iter().map(|i| all[*i - first]);
-        added.collect()
+        let taken = elsewhere.map_or(Vec::new(), |elsewhere| grown(&elsewhere, &groups, first));
+        taken.iter().map(|i| all[*i - first]).collect()
     }
+}
+
+/// Of the unknowns from `first` on, those worth being added, one group after the other.
+fn grown(elsewhere: &Elsewhere, groups: &[Vec<usize>], first: usize) -> Vec<usize> {
+    let mut taken: Vec<usize> = (0..first).collect();
+    let fewest = elsewhere.predicted(&taken);
+    let (mut off, mut worth) = (fewest.off(), first);
+    let mut best = fewest.clone();
+    // One alone may bring little while others are missing: go on, and judge what has come together.
+    loop {
+        let is_new = |i: &usize| !taken.contains(i);
+        let rest = groups.iter();
+        let rest = rest.map(|group| group.iter().copied().filter(is_new).collect());
+        let mut rest: Vec<Vec<usize>> = rest.filter(|group: &Vec<_>| !group.is_empty()).collect();
+        rest.sort_unstable();
+        rest.dedup();
+        let gains = elsewhere.gains(&taken, &rest);
+        let mut order: Vec<usize> = (0..rest.len()).collect();
+        order.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
+        let tried = order.iter().take(TRIED).map(|i| {
+            let with = [&taken[..], &rest[*i]].concat();
+            (elsewhere.predicted(&with), with)
+        });
+        let next = tried.min_by(|a, b| a.0.off().total_cmp(&b.0.off()));
+        let Some((predicted, with)) = next.filter(|(next, _)| next.off() < off) else {
+            break;
+        };
+        (off, taken) = (predicted.off(), with);
+        if predicted.is_better(&best, &fewest) {
+            (best, worth) = (predicted, taken.len());
+        }
+    }
+    taken[first..worth].to_vec()
 }
 
 /// Tables may reach this part of the measured range beyond it.
@@ -280,6 +304,14 @@ pub fn automatic(
     base: &ErrorModel,
     options: IdentifyOptions,
 ) -> Result<Chosen, IdentifyError> {
+    let measured = AutoInputs {
+        machine,
+        probings,
+        artefact,
+        observations,
+        base,
+        options,
+    };
     let directions: Vec<bool> = (0..machine.axes.len())
         .map(|i| {
             let probed = probings.rows.iter().map(|row| row.direction[i]);
@@ -287,79 +319,95 @@ pub fn automatic(
             probed.chain(observed).any(|direction| direction != 0.0)
         })
         .collect();
-    let mut observations = observations.clone();
-    if observations.drift.is_empty() {
-        // What a simple model leaves is no noise, but it does not drift either.
-        let parameters = candidates(machine, 0, RotationForm::Harmonics, &directions);
-        let problem = Problem::new(machine, probings, artefact, &parameters, base);
-        let problem = problem.with(&observations);
-        if problem.has_times() {
-            observations.drift = drifting(&problem, &identify(&problem, options)?);
-        }
-    }
+    let observations = measured.with_drift(&directions)?;
     let measured = AutoInputs {
-        machine,
-        probings,
-        artefact,
         observations: &observations,
-        base,
-        options,
+        ..measured
     };
-    let has_length = !artefact.bars.is_empty() || !observations.rows.is_empty();
-    let (simplest, fit, predicted) =
-        measured.found(&fewest(machine, has_length, &directions), None)?;
-    let weights = simplest.place.weights.clone();
-    let mut best = simplest.clone();
-    let mut known = predicted.clone();
-    let mut chosen = 0;
-    let mut levels = vec![Level {
-        tried: TriedTerms::Fewest,
-        found: Ok(fit),
-    }];
-    let forms = RotationForm::of(machine);
-    let mut attempt = |tried: TriedTerms, parameters: &[Parameter]| {
-        let found = measured.found(parameters, Some(&weights));
-        let found = found.map(|(identified, fit, this)| {
-            // Without a comparison, no model is better than the simplest.
-            if let (Some(this), Some(last), Some(fewest)) = (this, &known, &predicted)
-                && this.is_better(last, fewest)
-            {
-                (best, known, chosen) = (identified, Some(this), levels.len());
-            }
-            fit
-        });
-        let level = Level { tried, found };
-        let is_end = level.is_end();
-        levels.push(level);
-        is_end
-    };
-    if predicted.is_some() {
-        let parameters = candidates(machine, 0, RotationForm::Harmonics, &directions);
-        attempt(TriedTerms::Locations, &parameters);
-        let added = measured.added(&simplest, forms, &directions);
+    let mut tried = TriedModels::simplest(&measured, &directions)?;
+    if tried.fewest.is_some() {
+        tried.attempt_others(&directions);
+    }
+    Ok(tried.chosen)
+}
+
+/// The models tried so far.
+struct TriedModels<'a> {
+    measured: &'a AutoInputs<'a>,
+    /// How much rows count in all of them.
+    weights: EquationWeights,
+    /// Predictions by the simplest and by the chosen one.
+    fewest: Option<Predicted>,
+    best: Option<Predicted>,
+    chosen: Chosen,
+}
+
+impl<'a> TriedModels<'a> {
+    fn simplest(measured: &'a AutoInputs<'a>, directions: &[bool]) -> Result<Self, IdentifyError> {
+        let has_length =
+            !measured.artefact.bars.is_empty() || !measured.observations.rows.is_empty();
+        let parameters = fewest(measured.machine, has_length, directions);
+        let (identified, fit, predicted) = measured.found(&parameters, None)?;
+        Ok(Self {
+            measured,
+            weights: identified.place.weights.clone(),
+            fewest: predicted.clone(),
+            best: predicted,
+            chosen: Chosen {
+                identified,
+                levels: vec![Level {
+                    tried: TriedTerms::Fewest,
+                    found: Ok(fit),
+                }],
+                chosen: 0,
+                drift: measured.observations.drift.clone(),
+            },
+        })
+    }
+
+    fn attempt_others(&mut self, directions: &[bool]) {
+        let machine = self.measured.machine;
+        let simplest = self.chosen.identified.clone();
+        let forms = RotationForm::of(machine);
+        let parameters = candidates(machine, 0, RotationForm::Harmonics, directions);
+        self.attempt(TriedTerms::Locations, &parameters);
+        let added = self.measured.added(&simplest, forms, directions);
         if !added.is_empty() {
             let parameters = [&simplest.looked_for[..], &added].concat();
-            attempt(TriedTerms::Added(added), &parameters);
+            self.attempt(TriedTerms::Added(added), &parameters);
         }
         for form in forms {
             for degree in 1..=HIGHEST {
-                let parameters = candidates(machine, degree, *form, &directions);
+                let parameters = candidates(machine, degree, *form, directions);
                 // A higher degree has even more unknowns.
-                if attempt(TriedTerms::Degree(degree, *form), &parameters) {
+                if self.attempt(TriedTerms::Degree(degree, *form), &parameters) {
                     break;
                 }
             }
         }
         // Coefficients can replace each other; which of them are used affects how well they are determined.
         if let Some((list, parameters)) = listed(machine) {
-            attempt(TriedTerms::List(list), &parameters);
+            self.attempt(TriedTerms::List(list), &parameters);
         }
     }
-    let drift = observations.drift.clone();
-    Ok(Chosen {
-        identified: best,
-        levels,
-        chosen,
-        drift,
-    })
+
+    /// Takes a model if it predicts better. True if there is nothing to compare higher degrees with.
+    fn attempt(&mut self, tried: TriedTerms, parameters: &[Parameter]) -> bool {
+        let found = self.measured.found(parameters, Some(&self.weights));
+        let found = found.map(|(identified, fit, this)| {
+            // Without a comparison, no model is better than the simplest.
+            if let (Some(this), Some(last), Some(fewest)) = (this, &self.best, &self.fewest)
+                && this.is_better(last, fewest)
+            {
+                self.best = Some(this);
+                self.chosen.identified = identified;
+                self.chosen.chosen = self.chosen.levels.len();
+            }
+            fit
+        });
+        let level = Level { tried, found };
+        let is_end = level.is_end();
+        self.chosen.levels.push(level);
+        is_end
+    }
 }

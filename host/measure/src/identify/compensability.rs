@@ -51,6 +51,28 @@ pub struct Compensated {
     pub tip: [[f64; 2]; 2],
 }
 
+impl Compensability {
+    /// `per_unit` is the mean displacement of the tip per unit of the parameter.
+    fn of(
+        parameter: Parameter,
+        before: &ErrorModel,
+        identified: &Identified,
+        per_unit: f64,
+    ) -> Self {
+        let value = before.parameters[&parameter];
+        let known = before.standard_uncertainty.get(&parameter);
+        let mut after = identified.parameters.iter();
+        let after = after.find(|e| e.parameter == parameter);
+        let after = after.map(|e| [e.value, e.uncertainty]);
+        Self {
+            parameter,
+            before: [value, known.copied().unwrap_or(0.0)],
+            after,
+            effect: [value, after.map_or(0.0, |[left, _]| left)].map(|v| v.abs() * per_unit),
+        }
+    }
+}
+
 /// Compares identified parameters, which remain with a compensation on while probing, with the errors `before`.
 #[must_use]
 pub fn compensability(
@@ -68,27 +90,16 @@ pub fn compensability(
     let rows = problem.places.len();
     // Derivatives by each parameter (columns), for three coordinates of each row.
     let changes: DMatrix<f64> = changes.rows(0, 3 * rows).into_owned();
-    let mut compared = Vec::with_capacity(parameters.len());
-    for (column, parameter) in changes.column_iter().zip(&parameters) {
+    let columns = changes.column_iter().zip(&parameters);
+    let parameters = columns.map(|(column, parameter)| {
         let lengths = (0..rows).map(|i| column.fixed_rows::<3>(3 * i).norm());
         let per_unit = lengths.sum::<f64>() / rows as f64;
-        let value = before.parameters[parameter];
-        let known = before.standard_uncertainty.get(parameter);
-        let after = identified.parameters.iter();
-        let after = after.filter(|e| e.parameter == *parameter);
-        let after = after.map(|e| [e.value, e.uncertainty]).next();
-        compared.push(Compensability {
-            parameter: *parameter,
-            before: [value, known.copied().unwrap_or(0.0)],
-            after,
-            effect: [value, after.map_or(0.0, |[left, _]| left)].map(|v| v.abs() * per_unit),
-        });
-    }
+        Compensability::of(*parameter, before, identified, per_unit)
+    });
     let nominal = problem.tips(&ErrorModel::perfect(problem.machine), &found.stylus);
     let tip = |errors: &ErrorModel| {
         let tips = problem.tips(errors, &found.stylus);
-        let moved = tips.iter().zip(&nominal);
-        let moved: Vec<f64> = moved
+        let moved: Vec<f64> = (tips.iter().zip(&nominal))
             .map(|((_, tip), (_, nominal))| (tip - nominal).norm())
             .collect();
         let largest = moved.iter().copied().fold(0.0, f64::max);
@@ -96,7 +107,7 @@ pub fn compensability(
     };
     Compensated {
         tip: [tip(before), tip(&identified.errors)],
-        parameters: compared,
+        parameters: parameters.collect(),
     }
 }
 

@@ -128,7 +128,7 @@ impl Problem<'_> {
         let kinematics = Kinematics::new(self.machine, &estimate.errors);
         let mut jacobian = DMatrix::zeros(self.equations(), unknowns.len());
         let weighted: Vec<_> = self.places.iter().zip(&weights.rows).collect();
-        let found = parallel::map(&weighted, |(place, weight)| {
+        let probed = parallel::map(&weighted, |(place, weight)| {
             let tip = place.turned * estimate.stylus;
             let found = kinematics.sensitivity(&place.q, &place.situation, &tip);
             Effects::new(found, **weight, place)
@@ -136,76 +136,25 @@ impl Problem<'_> {
         let weighted: Vec<_> = (self.observed.rows.iter())
             .zip(&weights.rows[self.places.len()..])
             .collect();
-        let seen = parallel::map(&weighted, |(row, weight)| {
+        let observed = parallel::map(&weighted, |(row, weight)| {
             ObservedEffects::new(&kinematics, estimate, row, **weight)
         });
-        let bases = self.bases(unknowns);
+        let columns = DerivativeColumns {
+            problem: self,
+            estimate,
+            weights,
+            probed: &probed,
+            observed: &observed,
+            bases: self.bases(unknowns),
+        };
         let equations = jacobian.nrows();
         // Columns are stored one after the other.
-        let columns = jacobian.as_mut_slice().chunks_mut(equations);
-        columns.zip(unknowns).for_each(|(column, unknown)| {
+        let each = jacobian.as_mut_slice().chunks_mut(equations);
+        each.zip(unknowns).for_each(|(column, unknown)| {
             let (probed, rest) = column.split_at_mut(3 * self.places.len());
-            let (mut observed, others) = rest.split_at_mut(self.observed.equations());
-            let of = unknown.parameter();
-            let basis = of.and_then(|(p, _)| bases.get(&(p.axis, p.kind)));
-            for (i, ((row, weight), found)) in weighted.iter().zip(&seen).enumerate() {
-                let (own, next) = observed.split_at_mut(row.kind.dimension());
-                let effect: [f64; 3] = match of {
-                    Some((parameter, input)) => {
-                        let basis = basis.map_or(1.0, |basis| basis[self.places.len() + i]);
-                        let basis = basis * input.map_or(1.0, |s| row.situation.kelvin[s]);
-                        found.errors[self.effect(parameter)].map(|v| v * basis)
-                    }
-                    None => {
-                        let by = row.by_unknown(*unknown, estimate, &found.seen, &found.by_tool);
-                        (by * **weight).into()
-                    }
-                };
-                own.copy_from_slice(&effect[..own.len()]);
-                observed = next;
-            }
-            let rows = probed.as_chunks_mut::<3>().0.iter_mut();
-            match *unknown {
-                Unknown::Parameter(parameter) => {
-                    let effect = self.effect(parameter);
-                    let each = rows.zip(&found);
-                    match bases.get(&(parameter.axis, parameter.kind)) {
-                        Some(basis) => each.zip(basis).for_each(|((row, found), basis)| {
-                            *row = found.errors[effect].map(|v| v * basis);
-                        }),
-                        None => each.for_each(|(row, found)| *row = found.errors[effect]),
-                    }
-                }
-                Unknown::PerKelvin(parameter, input) => {
-                    let effect = self.effect(parameter);
-                    let each = rows.zip(&found).zip(&self.places).enumerate();
-                    each.for_each(|(i, ((row, found), place))| {
-                        let basis = basis.map_or(1.0, |basis| basis[i]);
-                        let basis = basis * place.situation.kelvin[input];
-                        *row = found.errors[effect].map(|v| v * basis);
-                    });
-                }
-                Unknown::Stylus(k) => rows
-                    .zip(&found)
-                    .for_each(|(row, found)| *row = found.stylus[k]),
-                Unknown::Ball(ball, k) => {
-                    let each = rows.zip(&self.places).zip(&weights.rows);
-                    let of_ball = each.filter(|((_, place), _)| place.ball == ball);
-                    of_ball.for_each(|((row, _), weight)| row[k] = -weight);
-                }
-                Unknown::Drift(None, k) => {
-                    let each = rows.zip(&self.places).zip(&weights.rows);
-                    each.for_each(|((row, place), weight)| {
-                        let unit = Vector3::ith(k % 3, 1.0);
-                        let moved = match k {
-                            0..3 => unit,
-                            _ => unit.cross(&estimate.balls[place.ball]),
-                        };
-                        *row = (moved * (-place.hours[k] * weight)).into();
-                    });
-                }
-                Unknown::Setup(..) | Unknown::Tool(..) | Unknown::Drift(Some(_), _) => {}
-            }
+            let (observed, others) = rest.split_at_mut(self.observed.equations());
+            columns.of_probings(*unknown, probed.as_chunks_mut::<3>().0);
+            columns.of_observations(*unknown, observed);
             others.copy_from_slice(&self.others_by(*unknown, estimate, weights));
         });
         jacobian
@@ -311,6 +260,87 @@ impl Problem<'_> {
             }
         }
         bases
+    }
+}
+
+/// What the columns of a Jacobian are made of.
+struct DerivativeColumns<'a> {
+    problem: &'a Problem<'a>,
+    estimate: &'a Estimate,
+    weights: &'a EquationWeights,
+    probed: &'a [Effects],
+    observed: &'a [ObservedEffects],
+    /// See [`Problem::bases`].
+    bases: BTreeMap<(char, ParameterKind), Vec<f64>>,
+}
+
+impl DerivativeColumns<'_> {
+    fn basis(&self, parameter: Parameter) -> Option<&Vec<f64>> {
+        self.bases.get(&(parameter.axis, parameter.kind))
+    }
+
+    fn of_observations(&self, unknown: Unknown, mut column: &mut [f64]) {
+        let places = self.problem.places.len();
+        let rows = (self.problem.observed.rows.iter()).zip(&self.weights.rows[places..]);
+        let of = unknown.parameter();
+        let basis = of.and_then(|(parameter, _)| self.basis(parameter));
+        for (i, ((row, weight), found)) in rows.zip(self.observed).enumerate() {
+            let (own, next) = column.split_at_mut(row.kind.dimension());
+            let effect: [f64; 3] = match of {
+                Some((parameter, input)) => {
+                    let basis = basis.map_or(1.0, |basis| basis[places + i]);
+                    let basis = basis * input.map_or(1.0, |s| row.situation.kelvin[s]);
+                    found.errors[self.problem.effect(parameter)].map(|v| v * basis)
+                }
+                None => {
+                    let by = row.by_unknown(unknown, self.estimate, &found.seen, &found.by_tool);
+                    (by * *weight).into()
+                }
+            };
+            own.copy_from_slice(&effect[..own.len()]);
+            column = next;
+        }
+    }
+
+    fn of_probings(&self, unknown: Unknown, rows: &mut [[f64; 3]]) {
+        let places = &self.problem.places;
+        let rows = rows.iter_mut().zip(self.probed);
+        let each = rows.zip(places).zip(&self.weights.rows);
+        match unknown {
+            Unknown::Parameter(parameter) => {
+                let effect = self.problem.effect(parameter);
+                match self.basis(parameter) {
+                    Some(basis) => each.zip(basis).for_each(|((((row, found), _), _), basis)| {
+                        *row = found.errors[effect].map(|v| v * basis);
+                    }),
+                    None => each.for_each(|(((row, found), _), _)| *row = found.errors[effect]),
+                }
+            }
+            Unknown::PerKelvin(parameter, input) => {
+                let effect = self.problem.effect(parameter);
+                let basis = self.basis(parameter);
+                each.enumerate()
+                    .for_each(|(i, (((row, found), place), _))| {
+                        let basis = basis.map_or(1.0, |basis| basis[i]);
+                        let basis = basis * place.situation.kelvin[input];
+                        *row = found.errors[effect].map(|v| v * basis);
+                    });
+            }
+            Unknown::Stylus(k) => each.for_each(|(((row, found), _), _)| *row = found.stylus[k]),
+            Unknown::Ball(ball, k) => {
+                let of_ball = each.filter(|((_, place), _)| place.ball == ball);
+                of_ball.for_each(|(((row, _), _), weight)| row[k] = -weight);
+            }
+            Unknown::Drift(None, k) => each.for_each(|(((row, _), place), weight)| {
+                let unit = Vector3::ith(k % 3, 1.0);
+                let moved = match k {
+                    0..3 => unit,
+                    _ => unit.cross(&self.estimate.balls[place.ball]),
+                };
+                *row = (moved * (-place.hours[k] * weight)).into();
+            }),
+            Unknown::Setup(..) | Unknown::Tool(..) | Unknown::Drift(Some(_), _) => {}
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{FoundChange, Identified, NotKnown, effect_over_travel};
 use crate::direct::{counted_twice, tables};
+use crate::extremes::extremes;
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use std::fmt::Write;
@@ -216,8 +217,7 @@ fn calibrated(
     let observed = observations.rows.iter().map(|row| row.position[i]);
     let positions = probings.rows.iter().map(|row| row.position[i]);
     let positions = positions.chain(observed);
-    let low = positions.clone().fold(f64::INFINITY, f64::min);
-    let high = positions.fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = extremes(positions);
     let [low, high] = [low.max(axis.travel[0]), high.min(axis.travel[1])];
     (high - low >= NARROWEST).then(|| outward([low, high]))
 }

@@ -1,6 +1,6 @@
 //! The triangular factor of a Jacobian, which gives steps and uncertainties.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use std::iter::StepBy;
 use std::ops::Range;
 
@@ -44,8 +44,7 @@ impl ScaledFactor {
         };
         let lengths: Vec<f64> = unknowns.iter().map(length).collect::<Option<_>>()?;
         let place = |unknown: &usize| unknowns.binary_search(unknown).ok();
-        let (first, alone): (Vec<usize>, Vec<&Alone>) = alone
-            .iter()
+        let (first, alone): (Vec<usize>, Vec<&Alone>) = (alone.iter())
             .filter_map(|alone| Some((place(&alone.unknown)?, alone)))
             .unzip();
         let rest = (0..unknowns.len()).filter(|i| !first.contains(i));
@@ -106,6 +105,24 @@ impl ScaledFactor {
             places: left.iter().map(place).collect(),
             triangle: self.triangle.select_columns(&columns).qr().unpack_r(),
         }
+    }
+
+    /// By how much the unknowns change, in the order of the factor, if equations change by each of these columns. `None` if
+    /// that is not finite.
+    pub fn absorbed<'c>(
+        &self,
+        jacobian: &DMatrix<f64>,
+        columns: impl Iterator<Item = DVectorView<'c, f64>>,
+    ) -> Option<DMatrix<f64>> {
+        let columns: Vec<DVectorView<'c, f64>> = columns.collect();
+        let mut by = DMatrix::zeros(self.unknowns().len(), columns.len());
+        for (mut by, column) in by.column_iter_mut().zip(&columns) {
+            let step = self.step(&jacobian.tr_mul(column))?;
+            for (by, i) in by.iter_mut().zip(self.unknowns()) {
+                *by = step[*i];
+            }
+        }
+        Some(by)
     }
 
     /// The unknowns it contains.
@@ -223,8 +240,7 @@ impl ScaledFactor {
             inverse.row(*place).norm_squared() / (length * length)
         };
         Some(
-            self.places
-                .iter()
+            (self.places.iter())
                 .zip(&self.lengths)
                 .map(variance)
                 .collect(),

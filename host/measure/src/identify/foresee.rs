@@ -1,7 +1,6 @@
 //! Predicts what probings will identify before they are made: the equations of [`identify`](super::identify()) on
 //! the assumed machine.
 
-use super::Unknown;
 use super::estimate::Estimate;
 use super::factor::ScaledFactor;
 use super::rows::{EquationWeights, Problem};
@@ -57,21 +56,15 @@ impl Problem<'_> {
         let stated: Vec<f64> = self.stated();
         let sigma = root_mean_square(stated.iter().copied());
         let left = sigma * (3.0 * (equations - count) as f64 / equations as f64).sqrt();
-        let weights = |least| EquationWeights {
+        let weights = EquationWeights {
             rows: stated.iter().map(|s| s.recip()).collect(),
-            least,
+            least: STIFF * left,
         };
-        let weights = weights(STIFF * left);
         let jacobian = self.jacobian(&self.assumed(assumed), &weights);
         let Identifiability { kept, given_up } = Identifiability::of(self, 0.0)?;
         let factor = ScaledFactor::new(&jacobian, kept.clone(), &self.alone());
         let factor = factor.ok_or(IdentifyError::NotFinite)?;
-        let parameters: Vec<Parameter> = (kept.iter())
-            .filter_map(|i| match self.unknowns[*i] {
-                Unknown::Parameter(parameter) => Some(parameter),
-                _ => None,
-            })
-            .collect();
+        let parameters = self.parameters(kept.iter().copied());
         let covariance = factor.covariance(parameters.len());
         let covariance = covariance.ok_or(IdentifyError::NotConverged { rms: f64::NAN })?;
         let hidden = given_up.iter().map(|one| {

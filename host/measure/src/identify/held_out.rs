@@ -5,7 +5,7 @@ use super::rows::order;
 use super::{Identified, IdentifyError, IdentifyOptions, Problem, identify};
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
-use crate::formats::probings::{Probing, Probings};
+use crate::formats::probings::{Probing, Probings, ball_index};
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
@@ -130,8 +130,7 @@ fn together(
         let tips = tips(&problem.at_times(observations), &without).into_iter();
         let off: Vec<Vector3<f64>> = tips.filter_map(off).collect();
         let zero = off.iter().sum::<Vector3<f64>>() / off.len().max(1) as f64;
-        squares += off
-            .iter()
+        squares += (off.iter())
             .map(|off| (off - zero).norm_squared())
             .sum::<f64>();
         rows += off.len();
@@ -193,8 +192,7 @@ fn parts(probings: &Probings) -> Vec<(Option<String>, Vec<usize>)> {
         let rows = order.iter().copied();
         rows.filter(|i| probings.rows[*i].ball == ball).collect()
     };
-    balls
-        .into_iter()
+    (balls.into_iter())
         .map(|ball| (Some(probings.balls[ball].clone()), of(ball)))
         .collect()
 }
@@ -209,12 +207,7 @@ pub(super) fn subset(probings: &Probings, is_in: impl Fn(usize) -> bool) -> Prob
             .collect(),
     };
     for row in &mut subset.rows {
-        let name = &probings.balls[row.ball];
-        let known = subset.balls.iter().position(|b| b == name);
-        row.ball = known.unwrap_or_else(|| {
-            subset.balls.push(name.clone());
-            subset.balls.len() - 1
-        });
+        row.ball = ball_index(&mut subset.balls, &probings.balls[row.ball]);
     }
     subset
 }

@@ -55,9 +55,7 @@ pub(super) fn in_order_of_preference(machine: &Machine) -> Vec<Parameter> {
         chain(machine).into_iter().partition(|l| "ABC".contains(*l));
     let linear: Vec<char> = linear.into_iter().rev().collect();
     let all = |axes: &[char], components: std::ops::Range<usize>| -> Vec<Parameter> {
-        let pairs = axes
-            .iter()
-            .flat_map(|axis| components.clone().map(move |k| (k, *axis)));
+        let pairs = (axes.iter()).flat_map(|axis| components.clone().map(move |k| (k, *axis)));
         pairs
             .map(|(component, axis)| inter(component, axis))
             .collect()
@@ -106,19 +104,31 @@ pub(super) fn all(machine: &Machine) -> Vec<Parameter> {
 /// The location errors, in order of preference, with an effect on the tip that those before and `known` ones do not have,
 /// nor the position of the workpiece, nor (if it is free) that of the stylus.
 fn independent(machine: &Machine, has_free_stylus: bool, known: &[Parameter]) -> Vec<Parameter> {
-    let perfect = ErrorModel::perfect(machine);
-    let kinematics = Kinematics::new(machine, &perfect);
-    let tip = Vector3::from(machine.tip);
-    let mut random = Pcg64Mcg::seed_from_u64(1);
     let mut all = known.to_vec();
     all.extend(
         in_order_of_preference(machine)
             .iter()
             .filter(|p| !known.contains(p)),
     );
-    // Translations and rotations of the workpiece, the stylus, then the errors.
-    let setup = 9;
-    let mut columns = DMatrix::zeros(3 * POSITIONS, setup + all.len());
+    let columns = shifts(machine, &all);
+    let fixed = if has_free_stylus { SETUP } else { SETUP - 3 };
+    let mut span = ColumnSpan::of(&columns.columns(0, fixed).into_owned());
+    let adds =
+        |(column, _): &(usize, &Parameter)| span.add(columns.column(*column).into_owned(), NOTHING);
+    let found = (SETUP..).zip(&all).filter(adds).map(|(_, p)| *p);
+    found.filter(|p| !known.contains(p)).collect()
+}
+
+/// Translations and rotations of the workpiece, and the stylus.
+const SETUP: usize = 9;
+
+/// How the tip moves at random positions with the set-up, then with each parameter.
+fn shifts(machine: &Machine, all: &[Parameter]) -> DMatrix<f64> {
+    let perfect = ErrorModel::perfect(machine);
+    let kinematics = Kinematics::new(machine, &perfect);
+    let tip = Vector3::from(machine.tip);
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let mut columns = DMatrix::zeros(3 * POSITIONS, SETUP + all.len());
     for row in 0..POSITIONS {
         let mut q = [0.0; MAX_AXES];
         for (q, axis) in q.iter_mut().zip(&machine.axes) {
@@ -135,7 +145,7 @@ fn independent(machine: &Machine, has_free_stylus: bool, known: &[Parameter]) ->
                     .copy_from(&effect);
             }
         }
-        for (column, parameter) in (setup..).zip(&all) {
+        for (column, parameter) in (SETUP..).zip(all) {
             let axis = machine.index(parameter.axis).unwrap_or(machine.axes.len());
             let effect = found.by_inter[axis].column(parameter.component);
             columns
@@ -143,12 +153,7 @@ fn independent(machine: &Machine, has_free_stylus: bool, known: &[Parameter]) ->
                 .copy_from(&effect);
         }
     }
-    let fixed = if has_free_stylus { setup } else { setup - 3 };
-    let mut span = ColumnSpan::of(&columns.columns(0, fixed).into_owned());
-    let adds =
-        |(column, _): &(usize, &Parameter)| span.add(columns.column(*column).into_owned(), NOTHING);
-    let found = (setup..).zip(&all).filter(adds).map(|(_, p)| *p);
-    found.filter(|p| !known.contains(p)).collect()
+    columns
 }
 
 /// Largest variation over the travel of the tip displacement by a location error of 1 (mm or rad), in mm; of an error
@@ -184,9 +189,7 @@ pub fn effect_over_travel(machine: &Machine, parameter: Parameter) -> f64 {
     if parameter.kind != ParameterKind::Inter {
         return effects.iter().map(Vector3::norm).fold(0.0, f64::max);
     }
-    let pairs = effects
-        .iter()
-        .flat_map(|a| effects.iter().map(move |b| (a - b).norm()));
+    let pairs = (effects.iter()).flat_map(|a| effects.iter().map(move |b| (a - b).norm()));
     pairs.fold(0.0, f64::max)
 }
 

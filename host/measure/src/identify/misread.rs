@@ -116,8 +116,7 @@ fn found(problem: &Problem<'_>, setup: usize) -> Option<Mistake> {
     if at_first < least {
         return None;
     }
-    let mut tried: Vec<(&Misreading, f64)> = readings
-        .iter()
+    let mut tried: Vec<(&Misreading, f64)> = (readings.iter())
         .filter_map(|reading| {
             let left = left(&own.read_as(setup, reading.change))?;
             Some((reading, left))

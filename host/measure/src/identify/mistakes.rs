@@ -64,22 +64,9 @@ fn found(problem: &Problem<'_>) -> Option<Mistake> {
             Some((mistake, other, left))
         })
         .collect();
-    for axis in rotary(problem) {
-        let (angle, rest) = zero(problem, axis);
-        let letter = problem.machine.axes[axis].letter;
-        let mistake = Mistake {
-            what: format!(
-                "the rows fit if zero of {letter} is {:.2}° from where the machine file has it",
-                angle.to_degrees()
-            ),
-            remedy: format!(
-                "correct the origin of the column {letter}, or orientation_deg of {letter} in the machine file"
-            ),
-        };
-        tried.push((mistake, turned(problem, axis, angle), rest));
-    }
-    let least = tried
-        .iter()
+    let zeros = rotary(problem).into_iter();
+    tried.extend(zeros.map(|axis| other_zero(problem, axis)));
+    let least = (tried.iter())
         .map(|(_, _, left)| *left)
         .fold(f64::INFINITY, f64::min);
     if least > EXPLAINS * at_first {
@@ -95,54 +82,31 @@ fn found(problem: &Problem<'_>) -> Option<Mistake> {
     best.map(|(mistake, _, _)| mistake.clone())
 }
 
+/// The zero of a rotary axis with which the rows fit best.
+fn other_zero<'a>(problem: &Problem<'a>, axis: usize) -> (Mistake, Problem<'a>, f64) {
+    let (angle, rest) = zero(problem, axis);
+    let letter = problem.machine.axes[axis].letter;
+    let mistake = Mistake {
+        what: format!(
+            "the rows fit if zero of {letter} is {:.2}° from where the machine file has it",
+            angle.to_degrees()
+        ),
+        remedy: format!(
+            "correct the origin of the column {letter}, or orientation_deg of {letter} in the machine file"
+        ),
+    };
+    (mistake, turned(problem, axis, angle), rest)
+}
+
 /// Alternative interpretations of the file.
 fn readings<'a>(problem: &Problem<'a>) -> Vec<(Mistake, Problem<'a>)> {
     let axes = &problem.machine.axes;
-    let mut all = Vec::new();
-    let mut reading = |what: String, remedy: String, change: &dyn Fn(&mut ProbingRow)| {
-        let mut other = problem.clone();
-        other.places.iter_mut().for_each(change);
-        all.push((Mistake { what, remedy }, other));
-    };
-    for (i, axis) in axes.iter().enumerate() {
-        let letter = axis.letter;
-        reading(
-            format!("the rows fit if {letter} counts the other way"),
-            format!(
-                "correct the sign of the column {letter}, or `reversed` of {letter} in the machine file (trueaxis pose shows which way it goes)"
-            ),
-            &|place| place.q[i] = -place.q[i],
-        );
-        if letter.is_rotary() {
-            reading(
-                format!("the rows fit if {letter} is in radians"),
-                format!("write {letter} in degrees"),
-                &|place| place.q[i] = place.q[i].to_degrees(),
-            );
-        } else {
-            for (unit, mm) in UNITS {
-                reading(
-                    format!("the rows fit if {letter} is in {unit}"),
-                    format!("write {letter} in mm"),
-                    &|place| place.q[i] *= mm,
-                );
-            }
-        }
-        for (j, other) in axes.iter().enumerate().skip(i + 1) {
-            if other.letter.is_rotary() == letter.is_rotary() {
-                reading(
-                    format!(
-                        "the rows fit if the columns {letter} and {} are exchanged",
-                        other.letter
-                    ),
-                    "correct the header".to_owned(),
-                    &|place| place.q.swap(i, j),
-                );
-            }
-        }
-    }
+    let mut all: Vec<_> = (0..axes.len())
+        .flat_map(|i| readings_of_axis(problem, i))
+        .collect();
     for (unit, mm) in UNITS {
-        reading(
+        all.push(reading(
+            problem,
             format!("the rows fit if linear positions are in {unit}"),
             "write them in mm".to_owned(),
             &|place| {
@@ -150,30 +114,87 @@ fn readings<'a>(problem: &Problem<'a>) -> Vec<(Mistake, Problem<'a>)> {
                     *q *= if axis.letter.is_rotary() { 1.0 } else { mm };
                 }
             },
+        ));
+    }
+    all.push(of_other_rows(problem, "before"));
+    all.push(of_other_rows(problem, "after"));
+    all
+}
+
+/// The rows as they would have to be read, given a mistake in the file.
+fn reading<'a>(
+    problem: &Problem<'a>,
+    what: String,
+    remedy: String,
+    change: &dyn Fn(&mut ProbingRow),
+) -> (Mistake, Problem<'a>) {
+    let mut other = problem.clone();
+    other.places.iter_mut().for_each(change);
+    (Mistake { what, remedy }, other)
+}
+
+/// The positions of one axis with another sign, in another unit, or exchanged with those of a later axis.
+fn readings_of_axis<'a>(problem: &Problem<'a>, i: usize) -> Vec<(Mistake, Problem<'a>)> {
+    let axes = &problem.machine.axes;
+    let letter = axes[i].letter;
+    let mut all = Vec::new();
+    let mut add = |what: String, remedy: String, change: &dyn Fn(&mut ProbingRow)| {
+        all.push(reading(problem, what, remedy, change));
+    };
+    add(
+        format!("the rows fit if {letter} counts the other way"),
+        format!(
+            "correct the sign of the column {letter}, or `reversed` of {letter} in the machine file (trueaxis pose shows which way it goes)"
+        ),
+        &|place| place.q[i] = -place.q[i],
+    );
+    if letter.is_rotary() {
+        add(
+            format!("the rows fit if {letter} is in radians"),
+            format!("write {letter} in degrees"),
+            &|place| place.q[i] = place.q[i].to_degrees(),
+        );
+    } else {
+        for (unit, mm) in UNITS {
+            add(
+                format!("the rows fit if {letter} is in {unit}"),
+                format!("write {letter} in mm"),
+                &|place| place.q[i] *= mm,
+            );
+        }
+    }
+    let later = axes.iter().enumerate().skip(i + 1);
+    for (j, other) in later.filter(|(_, a)| a.letter.is_rotary() == letter.is_rotary()) {
+        let other = other.letter;
+        add(
+            format!("the rows fit if the columns {letter} and {other} are exchanged"),
+            "correct the header".to_owned(),
+            &|place| place.q.swap(i, j),
         );
     }
-    for (word, step) in [("before", 1), ("after", -1)] {
-        let mut of_row: Vec<usize> = (0..problem.places.len()).collect();
-        of_row.sort_by_key(|i| problem.places[*i].row);
-        let mut other = problem.clone();
-        for pair in of_row.windows(2) {
-            let (to, from) = if step == 1 {
-                (pair[1], pair[0])
-            } else {
-                (pair[0], pair[1])
-            };
-            for axis in rotary(problem) {
-                other.places[to].q[axis] = problem.places[from].q[axis];
-            }
-        }
-        let mistake = Mistake {
-            what: format!("the rows fit if each has the rotary positions of the row {word} it"),
-            remedy: "write the positions of all axes at the moment of the probing into its row"
-                .to_owned(),
-        };
-        all.push((mistake, without_ends(other)));
-    }
     all
+}
+
+/// Rotary positions of the row before or after each.
+fn of_other_rows<'a>(problem: &Problem<'a>, word: &str) -> (Mistake, Problem<'a>) {
+    let mut of_row: Vec<usize> = (0..problem.places.len()).collect();
+    of_row.sort_by_key(|i| problem.places[*i].row);
+    let mut other = problem.clone();
+    for pair in of_row.windows(2) {
+        let (to, from) = match word {
+            "before" => (pair[1], pair[0]),
+            _ => (pair[0], pair[1]),
+        };
+        for axis in rotary(problem) {
+            other.places[to].q[axis] = problem.places[from].q[axis];
+        }
+    }
+    let mistake = Mistake {
+        what: format!("the rows fit if each has the rotary positions of the row {word} it"),
+        remedy: "write the positions of all axes at the moment of the probing into its row"
+            .to_owned(),
+    };
+    (mistake, without_ends(other))
 }
 
 /// Removes the first and the last row, which have no neighbour on one side.
@@ -251,9 +272,7 @@ fn stays(problem: &Problem<'_>) -> bool {
     (0..problem.balls.len()).all(|ball| {
         let linear = (0..axes.len()).filter(|i| !axes[*i].letter.is_rotary());
         linear.map(|i| spread(i, ball)).fold(0.0, f64::max) < STAYS
-    }) && turning
-        .iter()
-        .any(|i| (0..problem.balls.len()).any(|ball| spread(*i, ball) > TURNS))
+    }) && (turning.iter()).any(|i| (0..problem.balls.len()).any(|ball| spread(*i, ball) > TURNS))
 }
 
 /// Checks a stated stylus that does not fit the rows, coordinate by coordinate, against a fit without it.

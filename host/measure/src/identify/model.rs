@@ -87,6 +87,16 @@ impl fmt::Display for Model {
     }
 }
 
+/// The orders of three directions, the least changed first.
+const ORDERS: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [1, 0, 2],
+    [2, 1, 0],
+    [0, 2, 1],
+    [1, 2, 0],
+    [2, 0, 1],
+];
+
 impl Model {
     /// Parameters on a machine. For `auto` these are the ones it starts from, up to `degree`; `directions` tells
     /// for which axes the direction of approach is known.
@@ -179,14 +189,6 @@ impl Model {
         machine: &Machine,
     ) -> Result<Vec<Parameter>, ModelError> {
         let wanted = machine.topology();
-        let orders = [
-            [0, 1, 2],
-            [1, 0, 2],
-            [2, 1, 0],
-            [0, 2, 1],
-            [1, 2, 0],
-            [2, 0, 1],
-        ];
         let renamed = |letter: char, order: &[usize; 3]| match "XYZABC".find(letter) {
             Some(i) => b"XYZABC"[i / 3 * 3 + order[i % 3]] as char,
             None => letter,
@@ -199,7 +201,7 @@ impl Model {
                 .collect::<String>()
                 == wanted
         };
-        let order = orders.iter().find(same).ok_or_else(|| ModelError {
+        let order = ORDERS.iter().find(same).ok_or_else(|| ModelError {
             reason: format!(
                 "model {self} is of machines laid out as {topology}; {} is {wanted}",
                 machine.name

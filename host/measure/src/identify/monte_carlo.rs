@@ -7,10 +7,12 @@
 use super::descent::descend;
 use super::estimate::Estimate;
 use super::{Identified, IdentifyError, IdentifyOptions, Model, Problem, automatic, identify};
+use crate::extremes::extremes;
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use crate::simulate::{self, Disturbances, SimulateError};
+use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
@@ -127,39 +129,75 @@ pub fn monte_carlo(
     let clean = trial.probed(&truth, 0.0, 0)?;
     let perfect = ErrorModel::perfect(machine);
     let problem = Problem::new(machine, &clean, trial.artefact, &first.looked_for, &perfect);
-    let place = &first.place;
-    let jacobian = problem.jacobian(&place.estimate, &place.weights);
     let positions = positions(machine, &clean);
     let leaves = uncertainty::leaves(machine, &first.errors, &first.known, &positions);
-    let bands = parallel::map(&leaves, |at| [at.tip_band(), at.direction_band()]);
-    let real = Kinematics::new(machine, &truth);
+    let repetition = Repetition {
+        trial,
+        first: &first,
+        truth: &truth,
+        clean: &clean,
+        jacobian: problem.jacobian(&first.place.estimate, &first.place.weights),
+        problem,
+        bands: parallel::map(&leaves, |at| [at.tip_band(), at.direction_band()]),
+        positions,
+    };
     let once = |seed: &u64| -> Result<OneTrial, TrialError> {
-        let measured =
-            simulate::disturbed(machine, &clean, &trial.disturbances(trial.noise, *seed));
+        let found = repetition.once(*seed)?;
+        step();
+        Ok(found)
+    };
+    let all: Vec<OneTrial> = parallel::try_map(&Vec::from_iter(1..=seeds as u64), once)?;
+    Ok(trial.outcome(&first, &all))
+}
+
+/// What all repetitions have in common.
+struct Repetition<'a> {
+    trial: &'a Trial<'a>,
+    first: &'a Identified,
+    truth: &'a ErrorModel,
+    /// The probings without noise.
+    clean: &'a Probings,
+    problem: Problem<'a>,
+    jacobian: DMatrix<f64>,
+    positions: Vec<(PerAxis, Situation)>,
+    /// The 95 % intervals of tip and tool direction at each position.
+    bands: Vec<[f64; 2]>,
+}
+
+impl Repetition<'_> {
+    fn once(&self, seed: u64) -> Result<OneTrial, TrialError> {
+        let (trial, place) = (self.trial, &self.first.place);
+        let disturbances = trial.disturbances(trial.noise, seed);
+        let measured = simulate::disturbed(trial.machine, self.clean, &disturbances);
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ OWN);
-        let problem = problem.with_positions(&measured);
+        let problem = self.problem.with_positions(&measured);
         let problem = problem.with_chance_lengths(&mut random);
         let mut estimate: Estimate = place.estimate.clone();
-        if !descend(
-            &problem,
-            &mut estimate,
-            &jacobian,
-            &place.factor,
-            &place.weights,
-        ) {
-            return Err(TrialError::Far { seed: *seed });
+        let (factor, weights) = (&place.factor, &place.weights);
+        if !descend(&problem, &mut estimate, &self.jacobian, factor, weights) {
+            return Err(TrialError::Far { seed });
         }
-        let square = problem.residuals(&estimate, &place.weights).norm_squared();
+        let square = problem.residuals(&estimate, weights).norm_squared();
         // In the deviation on which the factor's weights are based.
-        let scale = (square / first.freedom as f64).sqrt();
+        let scale = (square / self.first.freedom as f64).sqrt();
         let off = |e: &super::Estimated| {
-            let [found, real] = [&*estimate.errors, &truth]
+            let [found, real] = [&*estimate.errors, self.truth]
                 .map(|errors| errors.parameters.get(&e.parameter).copied().unwrap_or(0.0));
             (found - real) / (e.uncertainty * scale)
         };
-        let found = Kinematics::new(machine, &estimate.errors);
+        Ok(OneTrial {
+            normalised: self.first.parameters.iter().map(off).collect(),
+            noise: self.first.noise * scale,
+            inside: self.inside(&estimate.errors, scale),
+        })
+    }
+
+    /// At how many positions tip and tool direction are inside their intervals, times `scale`.
+    fn inside(&self, found: &ErrorModel, scale: f64) -> [usize; 2] {
+        let machine = self.trial.machine;
+        let [found, real] = [found, self.truth].map(|errors| Kinematics::new(machine, errors));
         let mut inside = [0; 2];
-        for ((q, situation), band) in positions.iter().zip(&bands) {
+        for ((q, situation), band) in self.positions.iter().zip(&self.bands) {
             let [found, real] = [&found, &real].map(|k| k.actual(q, situation, &Switches::ALL));
             let tip = (found.t - real.t).norm();
             let along = machine.tool_axis;
@@ -167,43 +205,38 @@ pub fn monte_carlo(
             inside[0] += usize::from(tip <= band[0] * scale);
             inside[1] += usize::from(turned <= band[1] * scale);
         }
-        step();
-        Ok(OneTrial {
-            normalised: first.parameters.iter().map(off).collect(),
-            noise: first.noise * scale,
-            inside,
-        })
-    };
-    let all: Vec<OneTrial> = parallel::try_map(&Vec::from_iter(1..=seeds as u64), once)?;
-    let count = seeds as f64;
-    let normalised = |(i, e): (usize, &super::Estimated)| {
-        let mean = all.iter().map(|once| once.normalised[i]).sum::<f64>() / count;
-        let squares = all.iter().map(|once| (once.normalised[i] - mean).powi(2));
-        Normalised {
-            parameter: e.parameter,
-            uncertainty: e.uncertainty * trial.noise / first.noise,
-            mean,
-            deviation: (squares.sum::<f64>() / (count - 1.0)).sqrt(),
-        }
-    };
-    let least = all.iter().map(|once| once.inside[0]).min();
-    Ok(MonteCarloOutcome {
-        seeds,
-        parameters: first
-            .parameters
-            .iter()
-            .enumerate()
-            .map(normalised)
-            .collect(),
-        noise: all.iter().map(|once| once.noise).sum::<f64>() / count,
-        positions: seeds * POSITIONS,
-        tips_inside: all.iter().map(|once| once.inside[0]).sum(),
-        directions_inside: all.iter().map(|once| once.inside[1]).sum(),
-        least_inside: least.map_or(0.0, |least| least as f64 / POSITIONS as f64),
-    })
+        inside
+    }
 }
 
 impl Trial<'_> {
+    fn outcome(&self, first: &Identified, all: &[OneTrial]) -> MonteCarloOutcome {
+        let seeds = all.len();
+        let count = seeds as f64;
+        let normalised = |(i, e): (usize, &super::Estimated)| {
+            let mean = all.iter().map(|once| once.normalised[i]).sum::<f64>() / count;
+            let squares = all.iter().map(|once| (once.normalised[i] - mean).powi(2));
+            Normalised {
+                parameter: e.parameter,
+                uncertainty: e.uncertainty * self.noise / first.noise,
+                mean,
+                deviation: (squares.sum::<f64>() / (count - 1.0)).sqrt(),
+            }
+        };
+        let least = all.iter().map(|once| once.inside[0]).min();
+        MonteCarloOutcome {
+            seeds,
+            parameters: (first.parameters.iter().enumerate())
+                .map(normalised)
+                .collect(),
+            noise: all.iter().map(|once| once.noise).sum::<f64>() / count,
+            positions: seeds * POSITIONS,
+            tips_inside: all.iter().map(|once| once.inside[0]).sum(),
+            directions_inside: all.iter().map(|once| once.inside[1]).sum(),
+            least_inside: least.map_or(0.0, |least| least as f64 / POSITIONS as f64),
+        }
+    }
+
     fn disturbances(&self, noise: f64, seed: u64) -> Disturbances {
         Disturbances {
             noise,
@@ -250,16 +283,10 @@ impl Trial<'_> {
 fn positions(machine: &Machine, probed: &Probings) -> Vec<(PerAxis, Situation)> {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let ranges: Vec<[f64; 2]> = (0..machine.axes.len())
-        .map(|i| {
-            let all = probed.rows.iter().map(|row| row.position[i]);
-            let low = all.clone().fold(f64::INFINITY, f64::min);
-            [low, all.fold(f64::NEG_INFINITY, f64::max)]
-        })
+        .map(|i| extremes(probed.rows.iter().map(|row| row.position[i])))
         .collect();
     let mut position = || -> (PerAxis, Situation) {
-        let drawn = ranges
-            .iter()
-            .map(|[low, high]| low + (high - low) * random.random::<f64>());
+        let drawn = (ranges.iter()).map(|[low, high]| low + (high - low) * random.random::<f64>());
         let drawn: Vec<f64> = drawn.collect();
         (machine.to_kinematic(&drawn), Situation::default())
     };

@@ -138,6 +138,13 @@ pub(super) struct Noise {
     pub trust: Vec<f64>,
 }
 
+/// The source of noise of each probing, then of each observation.
+pub(super) fn sources(problem: &Problem<'_>) -> impl Iterator<Item = NoiseSource> {
+    let probed = problem.places.iter().map(|_| NoiseSource::Probings);
+    let observed = problem.observed.rows.iter();
+    probed.chain(observed.map(|row| NoiseSource::Observations(row.kind)))
+}
+
 impl Noise {
     pub fn new(problem: &Problem<'_>) -> Self {
         let sigmas: Vec<Option<f64>> = (problem.places.iter().map(|row| row.sigma))
@@ -145,14 +152,7 @@ impl Noise {
             .collect();
         let count = problem.places.len();
         let mut stated = vec![1.0; sigmas.len()];
-        let observed = problem
-            .observed
-            .rows
-            .iter()
-            .map(|row| NoiseSource::Observations(row.kind));
-        let sources: Vec<NoiseSource> = (problem.places.iter().map(|_| NoiseSource::Probings))
-            .chain(observed)
-            .collect();
+        let sources: Vec<NoiseSource> = sources(problem).collect();
         let mut names = sources.clone();
         names.sort_unstable();
         names.dedup();
@@ -227,9 +227,7 @@ impl Noise {
         part: &'s SourceRows,
         misses: &'s [Vector3<f64>],
     ) -> impl Iterator<Item = f64> + 's {
-        part.rows
-            .iter()
-            .map(|i| misses[*i].norm() / self.stated[*i])
+        (part.rows.iter()).map(|i| misses[*i].norm() / self.stated[*i])
     }
 
     /// Standard deviation of a coordinate in units of the stated uncertainty, from the median row, corrected for the

@@ -107,7 +107,7 @@ fn of_stylus(problem: &Problem<'_>, identified: &Identified) -> Result<f64, Iden
         off * off + sigma * sigma
     });
     let squares: f64 = squares.sum();
-    let takes_up = || problem.with_free_stylus().hidden_by_stylus(identified);
+    let takes_up = || problem.without_stylus().hidden_by_stylus(identified);
     if identified.rows.is_empty() || squares == 0.0 || takes_up()?.is_empty() {
         return Ok(0.0);
     }

@@ -4,7 +4,8 @@ use super::Unknown;
 use super::estimate::{Estimate, RowResult};
 use super::prior::Prior;
 use super::setup::{FoundDrift, FoundPart, FoundSetup};
-use crate::formats::observations::{Drift, Observations, PlacePrior, STYLUS};
+use crate::extremes::extremes;
+use crate::formats::observations::{Drift, Observation, Observations, PlacePrior, STYLUS};
 use crate::instrument::{
     Commanded, InitialSample, Instrument, Kind, LEVER, Seen, Setting, SettingPart, SetupPriors,
     turned,
@@ -67,7 +68,6 @@ const AS_LARGE: f64 = 1.0 + 1e-6;
 
 impl Observed {
     pub fn new(machine: &Machine, all: &Observations) -> Self {
-        let commanded = all.commanded(machine);
         let tools: Vec<(String, Vector3<f64>)> = (all.tools.iter().enumerate())
             .map(|(number, tool)| (tool.name.clone(), all.tip(machine, number)))
             .collect();
@@ -76,29 +76,7 @@ impl Observed {
             period(own.map(|row| row.time))
         };
         let periods: Vec<Option<[f64; 2]>> = (0..all.setups.len()).map(of_setup).collect();
-        let rows: Vec<ObservedRow> = (all.rows.iter().zip(commanded))
-            .map(|(row, commanded)| {
-                let setup = &all.setups[row.setup];
-                ObservedRow {
-                    setup: row.setup,
-                    kind: setup.kind,
-                    tool: (tools[setup.tool].0 != STYLUS).then_some(setup.tool),
-                    q: machine.to_kinematic(&row.position),
-                    situation: Situation {
-                        sign: row.direction,
-                        ..Situation::default()
-                    },
-                    turned: turned(machine.tool_axis, row.spindle),
-                    commanded,
-                    read: row.value,
-                    sigma: row.sigma,
-                    hours: [0.0; 6],
-                    clock: row.time,
-                    file: row.file,
-                    line: row.line,
-                }
-            })
-            .collect();
+        let rows = ObservedRow::all(machine, all);
         let setups = all.setups.iter().enumerate();
         let setups = setups.map(|(number, setup)| {
             let own = rows.iter().filter(|row| row.setup == number);
@@ -111,6 +89,26 @@ impl Observed {
             let setting = setup.kind.start(&setup.given, &samples);
             (setup.name.clone(), setup.kind, setting)
         });
+        let mut observed = Self {
+            setups: setups.collect(),
+            given: all.setups.iter().map(|setup| setup.given).collect(),
+            rows,
+            tools,
+            periods,
+            files: all.files.clone(),
+            unknowns: Vec::new(),
+            known: Vec::new(),
+        };
+        let (candidates, known) = observed.sought(all);
+        observed.unknowns = observed.independent(machine, &candidates);
+        (observed.unknowns).extend(known.iter().map(|(unknown, ..)| *unknown));
+        observed.known = known;
+        observed
+    }
+
+    /// The set-up and tool point unknowns of which nothing is known, and [`Self::known`].
+    fn sought(&self, all: &Observations) -> (Vec<Unknown>, Vec<(Unknown, f64, f64)>) {
+        let rows = &self.rows;
         let mut known = Vec::new();
         let mut candidates = Vec::new();
         for (number, setup) in all.setups.iter().enumerate() {
@@ -138,32 +136,18 @@ impl Observed {
                 let unknown = Unknown::Tool(number, k);
                 match tool.known {
                     PlacePrior::Unknown => candidates.push(unknown),
-                    PlacePrior::Within(sigma) => known.push((unknown, tools[number].1[k], sigma)),
+                    PlacePrior::Within(sigma) => {
+                        known.push((unknown, self.tools[number].1[k], sigma));
+                    }
                     PlacePrior::Exactly => {}
                 }
             }
         }
-        let mut observed = Self {
-            setups: setups.collect(),
-            given: all.setups.iter().map(|setup| setup.given).collect(),
-            rows,
-            tools,
-            periods,
-            files: all.files.clone(),
-            unknowns: Vec::new(),
-            known,
-        };
-        observed.unknowns = observed.independent(machine, &candidates);
-        observed
-            .unknowns
-            .extend(observed.known.iter().map(|(unknown, ..)| *unknown));
-        observed
+        (candidates, known)
     }
 
-    /// Those of the candidates whose effect on the observations differs from that of the others, on the nominal
-    /// machine: again and again the one whose effect is largest, apart from what the chosen ones can do, and the first
-    /// of several equal ones.
-    fn independent(&self, machine: &Machine, candidates: &[Unknown]) -> Vec<Unknown> {
+    /// The effect of each unknown on the observations, on the nominal machine.
+    fn nominal_effects(&self, machine: &Machine, unknowns: &[Unknown]) -> Vec<DVector<f64>> {
         let perfect = ErrorModel::perfect(machine);
         let kinematics = Kinematics::new(machine, &perfect);
         let estimate = Estimate {
@@ -195,10 +179,17 @@ impl Observed {
             };
             column / scale
         };
+        unknowns.iter().map(column).collect()
+    }
+
+    /// Those of the candidates whose effect on the observations differs from that of the others, on the nominal
+    /// machine: again and again the one whose effect is largest, apart from what the chosen ones can do, and the first
+    /// of several equal ones.
+    fn independent(&self, machine: &Machine, candidates: &[Unknown]) -> Vec<Unknown> {
         let least = LEAST * (self.rows.len() as f64).sqrt();
-        let mut left: Vec<(Unknown, DVector<f64>, f64)> = (candidates.iter())
-            .map(|unknown| {
-                let column = column(unknown);
+        let columns = self.nominal_effects(machine, candidates);
+        let mut left: Vec<(Unknown, DVector<f64>, f64)> = (candidates.iter().zip(columns))
+            .map(|(unknown, column)| {
                 let whole = column.norm();
                 (*unknown, column, least.max(LEAST * whole))
             })
@@ -224,8 +215,7 @@ impl Observed {
             }
         }
         // In the order of the candidates.
-        candidates
-            .iter()
+        (candidates.iter())
             .copied()
             .filter(|u| chosen.contains(u))
             .collect()
@@ -272,6 +262,32 @@ impl Observed {
         (first..after.len()).map(row).collect()
     }
 
+    /// The unknowns of a set-up and of the tool points that it observes: what each is, and its value.
+    fn parts(&self, number: usize, estimate: &Estimate) -> Vec<(Unknown, String, f64)> {
+        let (_, kind, first) = &self.setups[number];
+        let own = self.rows.iter().filter(|row| row.setup == number);
+        let tools: BTreeSet<usize> = own.filter_map(|row| row.tool).collect();
+        let found = &estimate.settings[number];
+        let parts = kind.instrument().parts().iter().map(|part| {
+            let value = match *part {
+                SettingPart::Place(k) => found.place[k],
+                SettingPart::Turn(k) => {
+                    Rotation3::from_matrix_unchecked(found.turn * first.turn.transpose())
+                        .scaled_axis()[k]
+                }
+                SettingPart::Length | SettingPart::Radius => found.length,
+            };
+            (Unknown::Setup(number, *part), part.to_string(), value)
+        });
+        let points = tools.into_iter().flat_map(|tool| {
+            (0..3).map(move |k| {
+                let what = format!("tool point in {}", ["x", "y", "z"][k]);
+                (Unknown::Tool(tool, k), what, estimate.tools[tool][k])
+            })
+        });
+        parts.chain(points).collect()
+    }
+
     /// The set-ups as found; `least` is the smallest uncertainty (mm) that priors were given, and `variance` that of an
     /// unknown, if it was determined.
     pub fn set_up(
@@ -280,28 +296,9 @@ impl Observed {
         least: f64,
         variance: &dyn Fn(Unknown) -> Option<f64>,
     ) -> Vec<FoundSetup> {
-        let of = |(number, (name, kind, first)): (usize, &(String, Kind, Setting))| {
-            let own = self.rows.iter().filter(|row| row.setup == number);
-            let tools: BTreeSet<usize> = own.filter_map(|row| row.tool).collect();
-            let found = &estimate.settings[number];
-            let parts = kind.instrument().parts().iter().map(|part| {
-                let value = match *part {
-                    SettingPart::Place(k) => found.place[k],
-                    SettingPart::Turn(k) => {
-                        Rotation3::from_matrix_unchecked(found.turn * first.turn.transpose())
-                            .scaled_axis()[k]
-                    }
-                    SettingPart::Length | SettingPart::Radius => found.length,
-                };
-                (Unknown::Setup(number, *part), part.to_string(), value)
-            });
-            let points = tools.into_iter().flat_map(|tool| {
-                (0..3).map(move |k| {
-                    let what = format!("tool point in {}", ["x", "y", "z"][k]);
-                    (Unknown::Tool(tool, k), what, estimate.tools[tool][k])
-                })
-            });
-            let parts = parts.chain(points).filter_map(|(unknown, what, value)| {
+        let of = |(number, (name, kind, _)): (usize, &(String, Kind, Setting))| {
+            let parts = self.parts(number, estimate).into_iter();
+            let parts = parts.filter_map(|(unknown, what, value)| {
                 let uncertainty = variance(unknown)?.sqrt();
                 let prior = self.known.iter().find(|(of, ..)| *of == unknown);
                 let prior = prior.map(|(_, stated, sigma)| {
@@ -363,12 +360,37 @@ impl Observed {
 /// The times (s) of the first and the last row, if all have one and these differ.
 pub(super) fn period(times: impl Iterator<Item = Option<f64>>) -> Option<[f64; 2]> {
     let times: Vec<f64> = times.collect::<Option<_>>()?;
-    let low = times.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = extremes(times);
     (high > low).then_some([low, high])
 }
 
 impl ObservedRow {
+    fn all(machine: &Machine, all: &Observations) -> Vec<Self> {
+        let row = |(row, commanded): (&Observation, Commanded)| {
+            let setup = &all.setups[row.setup];
+            Self {
+                setup: row.setup,
+                kind: setup.kind,
+                tool: (all.tools[setup.tool].name != STYLUS).then_some(setup.tool),
+                q: machine.to_kinematic(&row.position),
+                situation: Situation {
+                    sign: row.direction,
+                    ..Situation::default()
+                },
+                turned: turned(machine.tool_axis, row.spindle),
+                commanded,
+                read: row.value,
+                sigma: row.sigma,
+                hours: [0.0; 6],
+                clock: row.time,
+                file: row.file,
+                line: row.line,
+            }
+        };
+        let rows = all.rows.iter().zip(all.commanded(machine));
+        rows.map(row).collect()
+    }
+
     pub fn instrument(&self) -> &'static dyn Instrument {
         self.kind.instrument()
     }

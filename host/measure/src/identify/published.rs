@@ -71,19 +71,7 @@ pub fn published(machine: &Machine, chosen: &Chosen) -> Option<Published> {
     };
     let identified = &chosen.identified;
     let kept: Vec<Parameter> = identified.parameters.iter().map(|e| e.parameter).collect();
-    let is_confounded = |p: Parameter| {
-        let mut unseen = identified.unseen.iter();
-        let one = unseen.find(|u| u.unknown == Unknown::Parameter(p));
-        one.map(|unseen| !unseen.with.is_empty())
-    };
-    let why = |p: Parameter| match (is_confounded(p), p.kind) {
-        (Some(true), _) => Missing::Confounded,
-        // Backlash is identified if rows state the direction from which the axis arrived.
-        (Some(false), _) | (None, ParameterKind::Backlash) => Missing::Idle,
-        (None, ParameterKind::Degree(0)) => Missing::Constant,
-        (None, ParameterKind::Degree(k)) if k > degree => Missing::Degree,
-        (None, _) => Missing::Form,
-    };
+    let why = |p: Parameter| why(identified, p, degree);
     let is_kept = |p: &Parameter| kept.contains(p);
     let missing = list.iter().copied().filter(|p| !is_kept(p));
     Some(Published {
@@ -102,4 +90,19 @@ pub fn published(machine: &Machine, chosen: &Chosen) -> Option<Published> {
             _ => false,
         },
     })
+}
+
+/// Why a parameter is missing from a model up to this degree.
+fn why(identified: &super::Identified, parameter: Parameter, degree: u8) -> Missing {
+    let mut unseen = identified.unseen.iter();
+    let one = unseen.find(|u| u.unknown == Unknown::Parameter(parameter));
+    let is_confounded = one.map(|unseen| !unseen.with.is_empty());
+    match (is_confounded, parameter.kind) {
+        (Some(true), _) => Missing::Confounded,
+        // Backlash is identified if rows state the direction from which the axis arrived.
+        (Some(false), _) | (None, ParameterKind::Backlash) => Missing::Idle,
+        (None, ParameterKind::Degree(0)) => Missing::Constant,
+        (None, ParameterKind::Degree(k)) if k > degree => Missing::Degree,
+        (None, _) => Missing::Form,
+    }
 }

@@ -45,18 +45,7 @@ pub fn repeated(observations: &Observations, identified: &Identified) -> Vec<Rep
         let chance = libm::pow(one.min(1.0), dimension as f64);
         let mut places: BTreeMap<String, Vec<usize>> = BTreeMap::new();
         for (number, row) in &rows {
-            let place = (
-                row.position,
-                row.direction,
-                row.spindle,
-                row.reads,
-                row.normal,
-                row.time,
-            );
-            places
-                .entry(format!("{place:?}"))
-                .or_default()
-                .push(*number);
+            places.entry(place(row)).or_default().push(*number);
         }
         let all = places.values().flat_map(|own| own.windows(2));
         let all: Vec<[usize; 2]> = all.map(|pair| [pair[0], pair[1]]).collect();
@@ -72,6 +61,19 @@ pub fn repeated(observations: &Observations, identified: &Identified) -> Vec<Rep
         })
     };
     Kind::ALL.into_iter().filter_map(of_kind).collect()
+}
+
+/// What is equal where something was read again.
+fn place(row: &Observation) -> String {
+    let place = (
+        row.position,
+        row.direction,
+        row.spindle,
+        row.reads,
+        row.normal,
+        row.time,
+    );
+    format!("{place:?}")
 }
 
 /// The last digit of readings (mm), as a power of ten.

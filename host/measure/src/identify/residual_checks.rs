@@ -2,6 +2,7 @@
 
 use super::trend::{OfBall, Repeats, Trend, by_ball, repeats, trend};
 use super::{Identified, Problem, Unknown};
+use crate::extremes::extremes;
 use crate::formats::probings::{Probing, Probings};
 use nalgebra::Vector3;
 use std::fmt;
@@ -73,37 +74,14 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
             is_modelled,
         });
     };
-    let all = |of: fn(&Probing) -> Option<f64>| -> Option<(Vec<f64>, f64)> {
-        let values: Vec<f64> = rows.iter().map(of).collect::<Option<_>>()?;
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        (high > low).then_some((values, high - low))
-    };
-    // Drift that was found together with the parameters has been tested, and so has the rest of it.
-    let is_drift = |unknown: &Unknown| matches!(unknown, Unknown::Drift(None, _));
-    let drifts = problem.unknowns.iter().any(is_drift);
-    match all(|row| row.time) {
-        Some(_) if drifts => {}
-        Some((times, span)) => check(TrendAlong::Time(span), times, false),
-        None if rows.is_empty() => {}
-        None => {
-            let order = (0..rows.len()).map(|i| i as f64).collect();
-            check(TrendAlong::Order, order, false);
-        }
+    if let Some((along, values)) = time(problem, rows) {
+        check(along, values, false);
     }
-    if let Some((temperatures, span)) = all(|row| row.temperature) {
+    if let Some((temperatures, span)) = varying(rows, |row| row.temperature) {
         check(TrendAlong::Temperature(span), temperatures, false);
     }
-    if let Some((runs, _)) = all(|row| row.run) {
-        let mut names = runs.clone();
-        names.sort_by(f64::total_cmp);
-        names.dedup();
-        // Of two runs, one comparison is enough.
-        let compared = if names.len() == 2 { 1 } else { RUNS };
-        for name in names.into_iter().rev().take(compared) {
-            let is_in = runs.iter().map(|run| f64::from(u8::from(*run == name)));
-            check(TrendAlong::Run(name), is_in.collect(), false);
-        }
+    for (run, is_in) in compared_runs(rows) {
+        check(TrendAlong::Run(run), is_in, false);
     }
     for (i, axis) in problem.machine.axes.iter().enumerate() {
         let directions: Vec<f64> = rows.iter().map(|row| row.direction[i]).collect();
@@ -115,18 +93,7 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
             check(TrendAlong::Direction(letter), directions, is_modelled);
         }
     }
-    let rotary = |i: &usize| problem.machine.axes[*i].letter.is_rotary();
-    let key = |row: &Probing| {
-        let positions = (0..problem.machine.axes.len()).filter(rotary);
-        let positions = positions.map(|i| row.position[i]);
-        // What a machine does differs from run to run: that is no noise.
-        let known = [row.ball as f64, row.spindle, row.run.unwrap_or(0.0)].into_iter();
-        known
-            .chain(positions)
-            .chain(row.direction)
-            .collect::<Vec<f64>>()
-    };
-    let keys: Vec<Vec<f64>> = rows.iter().map(key).collect();
+    let keys: Vec<Vec<f64>> = rows.iter().map(|row| place_of(problem, row)).collect();
     let square = |row: &super::RowResult| row.after.component_mul(&row.after);
     let squares: Vector3<f64> = identified.rows.iter().map(square).sum();
     Honesty {
@@ -135,6 +102,57 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
         checks,
         repeats: repeats(problem, identified, &keys),
     }
+}
+
+/// Time or the order of the rows, unless it is known not to matter.
+fn time(problem: &Problem<'_>, rows: &[Probing]) -> Option<(TrendAlong, Vec<f64>)> {
+    // Drift that was found together with the parameters has been tested, and so has the rest of it.
+    let is_drift = |unknown: &Unknown| matches!(unknown, Unknown::Drift(None, _));
+    let drifts = problem.unknowns.iter().any(is_drift);
+    match varying(rows, |row| row.time) {
+        Some(_) if drifts => None,
+        Some((times, span)) => Some((TrendAlong::Time(span), times)),
+        None if rows.is_empty() => None,
+        None => Some((
+            TrendAlong::Order,
+            (0..rows.len()).map(|i| i as f64).collect(),
+        )),
+    }
+}
+
+/// A quantity of all rows and its span, if all have it and it is not the same in all.
+fn varying(rows: &[Probing], of: fn(&Probing) -> Option<f64>) -> Option<(Vec<f64>, f64)> {
+    let values: Vec<f64> = rows.iter().map(of).collect::<Option<_>>()?;
+    let [low, high] = extremes(values.iter().copied());
+    (high > low).then_some((values, high - low))
+}
+
+/// The runs that are compared with all others, the last first, and for each row whether it is in the run (1) or not (0).
+fn compared_runs(rows: &[Probing]) -> Vec<(f64, Vec<f64>)> {
+    let Some((runs, _)) = varying(rows, |row| row.run) else {
+        return Vec::new();
+    };
+    let mut names = runs.clone();
+    names.sort_by(f64::total_cmp);
+    names.dedup();
+    // Of two runs, one comparison is enough.
+    let compared = if names.len() == 2 { 1 } else { RUNS };
+    let names = names.into_iter().rev().take(compared);
+    let is_in = |name: f64| {
+        runs.iter()
+            .map(move |run| f64::from(u8::from(*run == name)))
+    };
+    names.map(|name| (name, is_in(name).collect())).collect()
+}
+
+/// What is the same where something was probed again.
+fn place_of(problem: &Problem<'_>, row: &Probing) -> Vec<f64> {
+    let rotary = |i: &usize| problem.machine.axes[*i].letter.is_rotary();
+    let positions = (0..problem.machine.axes.len()).filter(rotary);
+    let positions = positions.map(|i| row.position[i]);
+    // What a machine does differs from run to run: that is no noise.
+    let known = [row.ball as f64, row.spindle, row.run.unwrap_or(0.0)].into_iter();
+    known.chain(positions).chain(row.direction).collect()
 }
 
 impl Checked {

@@ -1,21 +1,22 @@
 //! The equations: one per coordinate of each probing and each observation, per bar, and per known coordinate of the
 //! stylus or of a set-up.
 
-use super::estimate::{Estimate, RowResult};
-use super::observed::{Observed, ObservedRow, moved, period};
+mod residuals;
+mod variants;
+
+use super::estimate::Estimate;
+use super::observed::{Observed, period};
 use super::unidentifiable::ProbedSpindle;
 use super::{IdentifyError, Unknown};
-use crate::formats::artefact::Artefact;
+use crate::extremes::extremes;
+use crate::formats::artefact::{Artefact, ArtefactBar};
 use crate::formats::observations::{Drift, Observations};
 use crate::formats::probings::Probings;
-use crate::simulate::{normal, turned};
+use crate::simulate::turned;
 use nalgebra::{DVector, Matrix3, Vector3};
-use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
-use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
-use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::errors::{ErrorModel, Parameter, Situation};
 use trueaxis_model::machine::{Machine, PerAxis};
-use trueaxis_model::parallel;
 
 /// The probings, the machine, and the unknowns.
 #[derive(Clone, Debug)]
@@ -64,6 +65,27 @@ pub(super) struct ProbingRow {
     pub clock: Option<f64>,
 }
 
+impl ProbingRow {
+    fn of(machine: &Machine, probings: &Probings, row: usize) -> Self {
+        let probing = &probings.rows[row];
+        Self {
+            ball: probing.ball,
+            row,
+            line: probing.line,
+            q: machine.to_kinematic(&probing.position),
+            situation: Situation {
+                sign: probing.direction,
+                ..Situation::default()
+            },
+            turned: turned(machine.tool_axis, probing.spindle),
+            spindle: probing.spindle,
+            sigma: probing.sigma,
+            hours: [0.0; 6],
+            clock: probing.time,
+        }
+    }
+}
+
 /// A known distance.
 #[derive(Clone, Debug)]
 pub(super) struct BarRow {
@@ -73,10 +95,31 @@ pub(super) struct BarRow {
     pub sigma: f64,
 }
 
+impl BarRow {
+    /// `None` if a ball was not probed.
+    fn of(bar: &ArtefactBar, probings: &Probings) -> Option<Self> {
+        let index = |name: &String| probings.balls.iter().position(|b| b == name);
+        Some(Self {
+            balls: [index(&bar.balls[0])?, index(&bar.balls[1])?],
+            length: bar.length,
+            sigma: bar.uncertainty,
+        })
+    }
+}
+
 #[derive(Clone, Debug)]
 struct StylusPrior {
     tip: Vector3<f64>,
     sigma: [Option<f64>; 3],
+}
+
+impl StylusPrior {
+    fn of(artefact: &Artefact, machine: &Machine) -> Self {
+        Self {
+            tip: artefact.stylus.place(machine),
+            sigma: artefact.stylus.uncertainty,
+        }
+    }
 }
 
 /// Weights of the equations.
@@ -105,26 +148,6 @@ impl<'a> Problem<'a> {
         parameters: &[Parameter],
         base: &ErrorModel,
     ) -> Self {
-        let index = |name: &String| probings.balls.iter().position(|b| b == name);
-        let period = period(probings.rows.iter().map(|row| row.time));
-        let place = |row: usize| {
-            let probing = &probings.rows[row];
-            ProbingRow {
-                ball: probing.ball,
-                row,
-                line: probing.line,
-                q: machine.to_kinematic(&probing.position),
-                situation: Situation {
-                    sign: probing.direction,
-                    ..Situation::default()
-                },
-                turned: turned(machine.tool_axis, probing.spindle),
-                spindle: probing.spindle,
-                sigma: probing.sigma,
-                hours: [0.0; 6],
-                clock: probing.time,
-            }
-        };
         let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
         balls.sort_by_key(|b| &probings.balls[*b]);
         let coordinates = |b: usize| (0..3).map(move |i| Unknown::Ball(b, i));
@@ -138,25 +161,18 @@ impl<'a> Problem<'a> {
         Self {
             machine,
             unknowns: parameters.chain(setup).collect(),
-            places: order(probings).into_iter().map(place).collect(),
+            places: (order(probings).into_iter())
+                .map(|row| ProbingRow::of(machine, probings, row))
+                .collect(),
             balls: probings.balls.clone(),
             bars: (artefact.bars.iter())
-                .filter_map(|bar| {
-                    Some(BarRow {
-                        balls: [index(&bar.balls[0])?, index(&bar.balls[1])?],
-                        length: bar.length,
-                        sigma: bar.uncertainty,
-                    })
-                })
+                .filter_map(|bar| BarRow::of(bar, probings))
                 .collect(),
-            stylus: StylusPrior {
-                tip: artefact.stylus.place(machine),
-                sigma: artefact.stylus.uncertainty,
-            },
+            stylus: StylusPrior::of(artefact, machine),
             nominal: probings.balls.iter().map(nominal).collect(),
             base: Box::new(base.clone()),
             observed: Observed::default(),
-            period,
+            period: period(probings.rows.iter().map(|row| row.time)),
             drift: Vec::new(),
             choice: Vec::new(),
             spindle: ProbedSpindle {
@@ -219,18 +235,6 @@ impl<'a> Problem<'a> {
         probed.chain(self.observed.rows.iter().map(|row| row.clock))
     }
 
-    /// With all rows an hour later than drift began.
-    pub(super) fn after_an_hour(&self) -> Self {
-        let mut other = self.clone();
-        for row in &mut other.places {
-            row.hours = [1.0; 6];
-        }
-        for row in &mut other.observed.rows {
-            row.hours = [1.0; 6];
-        }
-        other
-    }
-
     /// Source and time (s) of each equation of a probing or an observation.
     pub(super) fn times(&self) -> Vec<(Option<usize>, Option<f64>)> {
         let probed = self.places.iter().map(|row| (None, row.clock));
@@ -246,29 +250,9 @@ impl<'a> Problem<'a> {
         self.period.is_some() || self.observed.periods.iter().any(Option::is_some)
     }
 
-    /// With a stylus of which nothing is known.
-    pub(super) fn with_free_stylus(&self) -> Self {
-        let mut other = self.clone();
-        other.stylus.sigma = [None; 3];
-        other
-    }
-
     /// The coordinates (mm) of the stylus that are stated, each with its number and its standard uncertainty.
     pub(super) fn known_stylus(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         (0..3).filter_map(|k| Some((k, self.stylus.tip[k], self.stylus.sigma[k]?)))
-    }
-
-    /// With nothing but probings.
-    pub(super) fn of_probings(&self) -> Self {
-        let mut other = self.clone();
-        other.observed = Observed::default();
-        other.unknowns.retain(|unknown| {
-            !matches!(
-                unknown,
-                Unknown::Setup(..) | Unknown::Tool(..) | Unknown::Drift(..)
-            )
-        });
-        other
     }
 
     /// The equations of each probing, then of each observation.
@@ -303,11 +287,19 @@ impl<'a> Problem<'a> {
         probed.chain(observed.map(|row| (&row.q, &row.situation)))
     }
 
+    /// The parameters among some of the unknowns, by index.
+    pub(super) fn parameters(&self, unknowns: impl IntoIterator<Item = usize>) -> Vec<Parameter> {
+        let unknowns = unknowns.into_iter().map(|i| self.unknowns[i]);
+        let parameter = |unknown| match unknown {
+            Unknown::Parameter(parameter) => Some(parameter),
+            _ => None,
+        };
+        unknowns.filter_map(parameter).collect()
+    }
+
     /// The range of an axis (by index) at all rows (mm or rad).
     pub(super) fn range(&self, axis: usize) -> [f64; 2] {
-        let at = || self.commands().map(|(q, _)| q[axis]);
-        let low = at().fold(f64::INFINITY, f64::min);
-        [low, at().fold(f64::NEG_INFINITY, f64::max)]
+        extremes(self.commands().map(|(q, _)| q[axis]))
     }
 
     /// The machine as known, with balls where the stylus was.
@@ -341,8 +333,7 @@ impl<'a> Problem<'a> {
             .collect();
         sources.sort_unstable();
         sources.dedup();
-        sources
-            .into_iter()
+        (sources.into_iter())
             .map(|source| (source, [0.0; 6]))
             .collect()
     }
@@ -408,178 +399,6 @@ impl<'a> Problem<'a> {
     /// Known coordinates of the stylus, with their uncertainty.
     pub(super) fn known_coordinates(&self) -> impl Iterator<Item = (usize, f64)> {
         (self.stylus.sigma.iter().enumerate()).filter_map(|(i, sigma)| Some((i, (*sigma)?)))
-    }
-
-    /// The ball of each probing, and the tip position of the machine there (mm, workpiece frame).
-    pub(super) fn tips(
-        &self,
-        errors: &ErrorModel,
-        stylus: &Vector3<f64>,
-    ) -> Vec<(usize, Vector3<f64>)> {
-        let kinematics = Kinematics::new(self.machine, errors);
-        let own = Vector3::from(self.machine.tip);
-        let tip = |place: &ProbingRow| {
-            let pose = kinematics.actual(&place.q, &place.situation, &Switches::ALL);
-            pose.r * (place.turned * stylus - own) + pose.t
-        };
-        parallel::map(&self.places, |place| (place.ball, tip(place)))
-    }
-
-    /// Vector from ball to tip in each probing (mm, workpiece frame), then the reading of each observation less the
-    /// actual one (mm; the components that it lacks are 0).
-    pub(super) fn misses(&self, estimate: &Estimate) -> Vec<Vector3<f64>> {
-        let mut tips = self.tips(&estimate.errors, &estimate.stylus);
-        if let Some(drift) = estimate.drift_of(None) {
-            for (place, (_, tip)) in self.places.iter().zip(&mut tips) {
-                *tip = moved(*tip, &drift, &place.hours);
-            }
-        }
-        let probed = tips.into_iter();
-        let probed = probed.map(|(ball, tip)| tip - estimate.balls[ball]);
-        let kinematics = Kinematics::new(self.machine, &estimate.errors);
-        let miss = |row: &ObservedRow| row.miss(self.machine, &kinematics, estimate);
-        let observed = parallel::map(&self.observed.rows, miss);
-        probed.chain(observed).collect()
-    }
-
-    /// Residuals of all equations that are neither probings nor observations, in units of their standard uncertainties.
-    fn others(&self, estimate: &Estimate, weights: &EquationWeights) -> Vec<f64> {
-        let bars = self.bars.iter().map(|bar| {
-            let [a, b] = bar.balls.map(|i| estimate.balls[i]);
-            ((a - b).norm() - bar.length) / bar.sigma.max(weights.least)
-        });
-        let known = self.known_coordinates();
-        let setups = self.observed.known.iter();
-        let setups = setups.map(|(unknown, value, sigma)| {
-            let (found, _) = self.observed.value(*unknown, estimate);
-            (found - value) / sigma.max(weights.least)
-        });
-        bars.chain(
-            known.map(|(i, sigma)| {
-                (estimate.stylus[i] - self.stylus.tip[i]) / sigma.max(weights.least)
-            }),
-        )
-        .chain(setups)
-        .collect()
-    }
-
-    /// Residuals of all equations in units of their standard uncertainties; for probings and observations these
-    /// are the inverse of `weights`.
-    pub(super) fn residuals(&self, estimate: &Estimate, weights: &EquationWeights) -> DVector<f64> {
-        let misses = self.misses(estimate);
-        let mut all = Vec::with_capacity(self.equations());
-        for ((block, miss), w) in self.blocks().zip(&misses).zip(&weights.rows) {
-            all.extend((miss * *w).iter().take(block.len()));
-        }
-        all.extend(self.others(estimate, weights));
-        DVector::from_vec(all)
-    }
-
-    /// The line of the row with the largest distance, and that distance (mm).
-    pub(super) fn worst(&self, misses: &[Vector3<f64>]) -> (usize, f64) {
-        let rows = self.places.iter().zip(misses.iter().map(Vector3::norm));
-        let worst = rows.max_by(|a, b| a.1.total_cmp(&b.1));
-        worst.map_or((0, 0.0), |(place, miss)| (place.line, miss))
-    }
-
-    /// Lengths (mm) that are known beforehand, each with its name and its value in an estimate: of bars, or else
-    /// between nominal positions of balls, or else of the stylus.
-    pub(super) fn lengths(&self, estimate: &Estimate) -> Vec<(String, f64, f64)> {
-        let one = |[a, b]: [usize; 2], known: f64| {
-            let found = (estimate.balls[a] - estimate.balls[b]).norm();
-            let what = format!(
-                "the distance of balls {} and {}",
-                self.balls[a], self.balls[b]
-            );
-            (what, known, found)
-        };
-        if !self.bars.is_empty() {
-            return self
-                .bars
-                .iter()
-                .map(|bar| one(bar.balls, bar.length))
-                .collect();
-        }
-        let all = 0..self.balls.len();
-        let pairs = all.clone().flat_map(|a| (0..a).map(move |b| [a, b]));
-        let mut lengths: Vec<(String, f64, f64)> = pairs
-            .filter_map(|[a, b]| {
-                let known = (self.nominal[a]? - self.nominal[b]?).norm();
-                (known > 0.0).then(|| one([a, b], known))
-            })
-            .collect();
-        if lengths.is_empty() {
-            // If it cannot be identified, it has its stated value.
-            let [known, found] = [self.stylus.tip, estimate.stylus].map(|tip| tip.norm());
-            if known > 0.0 {
-                lengths.push(("the stylus".to_owned(), known, found));
-            }
-        }
-        lengths
-    }
-
-    /// This problem with other axis positions, in the order of the file.
-    pub(super) fn with_positions(&self, probings: &Probings) -> Self {
-        let mut other = self.clone();
-        for place in &mut other.places {
-            place.q = self
-                .machine
-                .to_kinematic(&probings.rows[place.row].position);
-        }
-        other
-    }
-
-    /// This problem with random errors of the lengths of bars and coordinates of the stylus, according to their
-    /// standard uncertainties.
-    pub(super) fn with_chance_lengths(mut self, random: &mut Pcg64Mcg) -> Self {
-        for bar in &mut self.bars {
-            bar.length += bar.sigma * normal(random);
-        }
-        let known: Vec<(usize, f64)> = self.known_coordinates().collect();
-        for (i, sigma) in known {
-            self.stylus.tip[i] += sigma * normal(random);
-        }
-        self
-    }
-
-    /// This problem with only balls and stylus as unknowns.
-    pub(super) fn of_setup(&self) -> Self {
-        let mut other = self.clone();
-        let is_setup = |u: &Unknown| u.parameter().is_none();
-        other.unknowns.retain(is_setup);
-        other
-    }
-
-    /// This problem with an unknown stylus.
-    pub(super) fn without_stylus(&self) -> Self {
-        let mut other = self.clone();
-        other.stylus.sigma = [None; 3];
-        other
-    }
-
-    /// This problem without bars.
-    pub(super) fn without_bars(&self) -> Self {
-        Self {
-            bars: Vec::new(),
-            ..self.clone()
-        }
-    }
-
-    /// The residuals, in the order of the file.
-    pub(super) fn rows(
-        &self,
-        before: &[Vector3<f64>],
-        after: &[Vector3<f64>],
-        trusted: &[bool],
-    ) -> Vec<RowResult> {
-        let mut order: Vec<usize> = (0..self.places.len()).collect();
-        order.sort_by_key(|i| self.places[*i].row);
-        let row = |i: usize| RowResult {
-            before: before[i],
-            after: after[i],
-            is_trusted: trusted[i],
-        };
-        order.into_iter().map(row).collect()
     }
 
     /// Adds a step to the unknowns.

@@ -4,7 +4,8 @@ use super::candidates::{RotationForm, candidates};
 use super::identified::Solution;
 use super::snooping::deviations;
 use super::{Identified, Problem, Unknown};
-use nalgebra::DVector;
+use crate::extremes::extremes;
+use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 
@@ -32,85 +33,114 @@ const HIGHEST: u8 = 3;
 /// harmonics), a location error, or backlash.
 #[must_use]
 pub fn lacking(problem: &Problem<'_>, identified: &Identified) -> Option<Lacking> {
-    let machine = problem.machine;
     let place = &identified.place;
-    let left = problem.residuals(&place.estimate, &place.weights);
-    let jacobian = problem.jacobian(&place.estimate, &place.weights);
-    let directions: Vec<bool> = (0..machine.axes.len())
+    let residuals = Residuals {
+        problem,
+        identified,
+        left: problem.residuals(&place.estimate, &place.weights),
+        jacobian: problem.jacobian(&place.estimate, &place.weights),
+    };
+    let directions: Vec<bool> = (0..problem.machine.axes.len())
         .map(|i| problem.commands().any(|(_, s)| s.sign[i] != 0.0))
         .collect();
-    // The Bayesian information criterion weighs terms against what they explain.
-    let count = left.len() as f64;
-    let criterion = |rest: f64, terms: usize| {
-        count * libm::log(rest.max(f64::MIN_POSITIVE)) + terms as f64 * libm::log(count)
-    };
     let mut best: Option<(f64, Lacking)> = None;
-    for form in RotationForm::of(machine) {
-        let all = [0, HIGHEST].map(|degree| candidates(machine, degree, *form, &directions));
-        let is_new = |p: &Parameter| {
-            !identified.looked_for.contains(p) && !problem.base.is_tabulated(machine, p)
-        };
-        let mut all: Vec<Parameter> = all.concat().into_iter().filter(is_new).collect();
-        all.sort();
-        all.dedup();
-        let columns: Vec<DVector<f64>> = all.iter().map(|p| column(problem, place, p)).collect();
-        let mut groups: Vec<Vec<usize>> = Vec::new();
-        for (i, parameter) in all.iter().enumerate() {
-            let own = |g: &&mut Vec<usize>| group(&all[g[0]]) == group(parameter);
-            match groups.iter_mut().find(own) {
-                Some(group) => group.push(i),
-                None => groups.push(vec![i]),
-            }
-        }
-        for mut numbers in groups {
-            numbers.sort_by_key(|i| degree(&all[*i]));
-            let mut free = Free {
-                basis: Vec::new(),
-                made_of: Vec::new(),
-                gain: 0.0,
-            };
-            let mut taken = Vec::new();
-            for (k, i) in numbers.iter().enumerate() {
-                let mut column = columns[*i].clone();
-                let whole = column.norm();
-                if whole == 0.0 {
-                    continue;
-                }
-                let step = place.factor.step(&jacobian.tr_mul(&column))?;
-                column += &jacobian * step;
-                if !free.add(column, whole, &left) {
-                    continue;
-                }
-                taken.push(*i);
-                let next = numbers.get(k + 1).map(|next| degree(&all[*next]));
-                if next == Some(degree(&all[*i])) {
-                    // Sine and cosine of one angle belong together.
-                    continue;
-                }
-                let count = taken.len();
-                let rest = left.norm_squared() - free.gain;
-                let Some(freedom) = identified.freedom.checked_sub(count).filter(|n| *n > 0) else {
-                    continue;
-                };
-                let ratio =
-                    (free.gain / count as f64) / (rest.max(f64::MIN_POSITIVE) / freedom as f64);
-                let found = Lacking {
-                    // A power from the middle of the range is made of all lower ones.
-                    parameters: numbers[..=k].iter().map(|i| all[*i]).collect(),
-                    explains: free.gain / left.norm_squared(),
-                    size: size(problem, &all, &taken, &free.values(&left)),
-                    deviations: deviations(ratio, count, freedom),
-                };
-                let criterion = criterion(rest, count);
-                if found.deviations > SIGNIFICANT
-                    && best.as_ref().is_none_or(|(least, _)| criterion < *least)
-                {
+    for form in RotationForm::of(problem.machine) {
+        for group in residuals.groups(*form, &directions) {
+            for (criterion, found) in residuals.explanations(&group)? {
+                let is_best = best.as_ref().is_none_or(|(least, _)| criterion < *least);
+                if found.deviations > SIGNIFICANT && is_best {
                     best = Some((criterion, found));
                 }
             }
         }
     }
     best.map(|(_, found)| found)
+}
+
+/// What an identification leaves.
+struct Residuals<'a> {
+    problem: &'a Problem<'a>,
+    identified: &'a Identified,
+    left: DVector<f64>,
+    jacobian: DMatrix<f64>,
+}
+
+impl Residuals<'_> {
+    /// The parameters that the model may lack, those that are tested together by their degrees.
+    fn groups(&self, form: RotationForm, directions: &[bool]) -> Vec<Vec<Parameter>> {
+        let (machine, base) = (self.problem.machine, &self.problem.base);
+        let all = [0, HIGHEST].map(|degree| candidates(machine, degree, form, directions));
+        let looked_for = &self.identified.looked_for;
+        let is_new = |p: &Parameter| !looked_for.contains(p) && !base.is_tabulated(machine, p);
+        let mut all: Vec<Parameter> = all.concat().into_iter().filter(is_new).collect();
+        all.sort();
+        all.dedup();
+        let mut groups: Vec<Vec<Parameter>> = Vec::new();
+        for parameter in all {
+            let own = |g: &&mut Vec<Parameter>| group(&g[0]) == group(&parameter);
+            match groups.iter_mut().find(own) {
+                Some(group) => group.push(parameter),
+                None => groups.push(vec![parameter]),
+            }
+        }
+        groups
+            .iter_mut()
+            .for_each(|group| group.sort_by_key(degree));
+        groups
+    }
+
+    /// What each degree of a group explains together with the lower ones, and its criterion. `None` if a change is not finite.
+    fn explanations(&self, group: &[Parameter]) -> Option<Vec<(f64, Lacking)>> {
+        let place = &self.identified.place;
+        let mut free = Free::default();
+        let (mut taken, mut explanations) = (Vec::new(), Vec::new());
+        for (k, parameter) in group.iter().enumerate() {
+            let mut column = column(self.problem, place, parameter);
+            let whole = column.norm();
+            if whole == 0.0 {
+                continue;
+            }
+            let step = place.factor.step(&self.jacobian.tr_mul(&column))?;
+            column += &self.jacobian * step;
+            if !free.add(column, whole, &self.left) {
+                continue;
+            }
+            taken.push(k);
+            // Sine and cosine of one angle belong together.
+            if group.get(k + 1).map(degree) != Some(degree(parameter)) {
+                explanations.extend(self.explanation(&group[..=k], &taken, &free));
+            }
+        }
+        Some(explanations)
+    }
+
+    fn explanation(
+        &self,
+        group: &[Parameter],
+        taken: &[usize],
+        free: &Free,
+    ) -> Option<(f64, Lacking)> {
+        let (left, terms) = (&self.left, taken.len());
+        let rest = left.norm_squared() - free.gain;
+        let freedom = self
+            .identified
+            .freedom
+            .checked_sub(terms)
+            .filter(|n| *n > 0)?;
+        let not_zero = rest.max(f64::MIN_POSITIVE);
+        let ratio = (free.gain / terms as f64) / (not_zero / freedom as f64);
+        // The Bayesian information criterion weighs terms against what they explain.
+        let count = left.len() as f64;
+        let criterion = count * libm::log(not_zero) + terms as f64 * libm::log(count);
+        let found = Lacking {
+            // A power from the middle of the range is made of all lower ones.
+            parameters: group.to_vec(),
+            explains: free.gain / left.norm_squared(),
+            size: size(self.problem, group, taken, &free.values(left)),
+            deviations: deviations(ratio, terms, freedom),
+        };
+        Some((criterion, found))
+    }
 }
 
 /// What is tested together: a motion, a location error, a backlash.
@@ -131,6 +161,7 @@ fn degree(p: &Parameter) -> u8 {
 }
 
 /// Columns without what unknowns can absorb, made orthonormal.
+#[derive(Default)]
 struct Free {
     basis: Vec<DVector<f64>>,
     /// Each as a combination of the columns.
@@ -238,8 +269,8 @@ fn size(problem: &Problem<'_>, all: &[Parameter], taken: &[usize], values: &[f64
     };
     let places = (0..=PLACES).map(|k| low + (high - low) * k as f64 / PLACES as f64);
     let places = places.map(|q| value(q) - slope * (q - low));
-    let least = places.clone().fold(f64::INFINITY, f64::min);
-    places.fold(f64::NEG_INFINITY, f64::max) - least
+    let [least, most] = extremes(places);
+    most - least
 }
 
 impl fmt::Display for Lacking {

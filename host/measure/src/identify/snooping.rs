@@ -1,16 +1,19 @@
 //! Finds rows, balls, set-ups, indexed positions and styli that do not fit the others: data snooping as in geodesy (Baarda),
 //! one outlier at a time, each with the hypothesis that explains it.
 
+mod groups;
+mod reading;
+mod sentence;
+
 use super::Unknown;
 use super::identified::Identified;
-use super::noise::NoiseSource;
-use super::root_mean_square;
+use super::noise::{NoiseSource, sources};
 use super::rows::{EquationWeights, Problem};
-use crate::instrument::{Kind, SettingPart};
+use groups::{DisplacementGroup, groups};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+pub use reading::Misread;
+use reading::OTHER_SIGN;
 use std::ops::Range;
-use trueaxis_model::errors::{Parameter, ParameterKind};
-use trueaxis_model::machine::PerAxis;
 
 /// An outlier deviation from the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,54 +33,6 @@ pub enum OutlierKind {
     /// A reported angle (deg) at which the spindle was not.
     Spindle(f64),
 }
-
-/// What readings are instead of what they are declared to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Misread {
-    /// What they are, as the end of a clause: `to be in mm instead of µm`.
-    pub what: &'static str,
-    /// What deviations in the file have to be multiplied by.
-    pub factor: f64,
-}
-
-const fn misread(what: &'static str, factor: f64) -> Misread {
-    Misread { what, factor }
-}
-
-const OTHER_SIGN: Misread = misread("as if they count the other way", -1.0);
-/// What displacements and angles may be instead.
-const DISPLACEMENTS: [Misread; 4] = [
-    OTHER_SIGN,
-    misread("to be in mm instead of µm", 1e3),
-    misread("to be in inches instead of µm", 25.4e3),
-    misread("to be in nm instead of µm", 1e-3),
-];
-const ANGLES: [Misread; 4] = [
-    OTHER_SIGN,
-    misread("to be in arcseconds instead of µrad", 4.848_136_811),
-    misread("to be in mrad instead of µrad", 1e3),
-    misread("to be in degrees instead of µrad", 17_453.292_52),
-];
-
-impl Misread {
-    /// The one that a measured factor with its standard uncertainty is, if it is any. Zero is the factor of errors that
-    /// the model lacks.
-    fn of(kind: Kind, factor: f64, uncertainty: f64) -> Option<Self> {
-        let all: &[Self] = match kind {
-            Kind::Displacement | Kind::Surface => &DISPLACEMENTS,
-            Kind::Angle => &ANGLES,
-            Kind::Length => &DISPLACEMENTS[..1],
-            Kind::Point => &[],
-        };
-        let is_clear = factor.abs() > CRITICAL * uncertainty;
-        let is_near = |one: &&Self| (factor - one.factor).abs() < NEAR * one.factor.abs();
-        all.iter().find(is_near).copied().filter(|_| is_clear)
-    }
-}
-
-/// A measured factor is a known one if it is nearer to it than to 0. It is found too small rather than too large: smaller
-/// readings have less noise, too, and with a small stated uncertainty the machine was fitted to them.
-const NEAR: f64 = 0.5;
 
 /// An outlier, and the displacement with which it would fit the others.
 #[derive(Clone, Debug, PartialEq)]
@@ -157,17 +112,6 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Outlier> {
         }
     }
     found
-}
-
-/// Displacement of the tip in some of the places: a column for each unknown of a hypothesis.
-struct DisplacementGroup {
-    kind: OutlierKind,
-    /// Places in the order in which they were probed, or observations after them in the order of their files.
-    places: Vec<usize>,
-    /// The effect in each place: coordinates × unknowns, in mm.
-    effects: Vec<DMatrix<f64>>,
-    /// True if every tail of the places is a hypothesis of its own: a change from then on.
-    is_from: bool,
 }
 
 /// The hypothesis that explains most.
@@ -517,235 +461,10 @@ fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<f64> {
     rows.map(|(source, sigma)| weight(source, sigma)).collect()
 }
 
-/// The source of noise of each probing, then of each observation.
-fn sources(problem: &Problem<'_>) -> impl Iterator<Item = NoiseSource> {
-    let probed = problem.places.iter().map(|_| NoiseSource::Probings);
-    let observed = problem.observed.rows.iter();
-    probed.chain(observed.map(|row| NoiseSource::Observations(row.kind)))
-}
-
-/// Hypotheses about more than one row.
-fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGroup> {
-    let places = &problem.places;
-    let mut probed: Vec<usize> = (0..places.len()).collect();
-    probed.sort_by_key(|i| places[*i].row);
-    let observed = &problem.observed;
-    let all: Vec<usize> = probed
-        .iter()
-        .copied()
-        .chain(places.len()..problem.commands().count())
-        .collect();
-    let positions: Vec<&PerAxis> = problem.commands().map(|(q, _)| q).collect();
-    let blocks: Vec<Range<usize>> = problem.blocks().collect();
-    let dynamic = |m: &Matrix3<f64>| DMatrix::from_column_slice(3, 3, m.as_slice());
-    let mut groups = Vec::new();
-    let mut add = |kind, places: Vec<usize>, effect: &dyn Fn(usize) -> DMatrix<f64>, is_from| {
-        if places.len() > 1 {
-            groups.push(DisplacementGroup {
-                effects: places.iter().map(|i| effect(*i)).collect(),
-                kind,
-                places,
-                is_from,
-            });
-        }
-    };
-    let of = |is_in: &dyn Fn(usize) -> bool| -> Vec<usize> {
-        probed.iter().copied().filter(|i| is_in(*i)).collect()
-    };
-    for (ball, name) in problem.balls.iter().enumerate() {
-        let rows = of(&|i| places[i].ball == ball);
-        add(
-            OutlierKind::Ball(name.clone()),
-            rows,
-            &|_| DMatrix::identity(3, 3),
-            true,
-        );
-    }
-    for (setup, (name, kind, _)) in observed.setups.iter().enumerate() {
-        let rows = (observed.rows.iter().enumerate())
-            .filter(|(_, row)| row.setup == setup)
-            .map(|(i, _)| places.len() + i);
-        let size = kind.dimension();
-        add(
-            OutlierKind::Setup(name.clone()),
-            rows.collect(),
-            &|_| -DMatrix::identity(size, size),
-            true,
-        );
-        if *kind == Kind::Point {
-            continue;
-        }
-        let own: Vec<usize> = (observed.rows.iter().enumerate())
-            .filter(|(_, row)| row.setup == setup)
-            .map(|(i, _)| i)
-            .collect();
-        // The zero of an instrument says nothing, not even where it is known: deviations may be from any length.
-        let mean = own.iter().map(|i| observed.rows[*i].read.x).sum::<f64>() / own.len() as f64;
-        let read = |i: usize| observed.rows[i].read.x - mean;
-        let spread = root_mean_square(own.iter().map(|i| read(*i)));
-        let dead_length = Unknown::Setup(setup, SettingPart::Length);
-        let is_zero_known = observed.known.iter().any(|(of, ..)| *of == dead_length);
-        add(
-            OutlierKind::Reading(name.clone(), OTHER_SIGN),
-            own.iter().map(|i| places.len() + i).collect(),
-            &|place| {
-                let columns = [-read(place - places.len()), -spread];
-                let count = if is_zero_known { 2 } else { 1 };
-                DMatrix::from_row_slice(1, count, &columns[..count])
-            },
-            false,
-        );
-    }
-    // The displacement that is missing at the tip.
-    let at_stylus = |i: usize| -dynamic(&stylus[i]);
-    add(OutlierKind::Stylus, probed.clone(), &at_stylus, true);
-    let machine = problem.machine;
-    for (i, axis) in machine.axes.iter().enumerate() {
-        if !axis.letter.is_rotary() {
-            continue;
-        }
-        let own = Unknown::Parameter(Parameter {
-            component: axis.letter.component() + 3,
-            axis: axis.letter.char(),
-            kind: ParameterKind::Degree(0),
-        });
-        let turn = problem.derivatives(&[own], &problem.start(), &problem.unweighted(1.0));
-        let turn = |i: usize| -turn.rows_range(blocks[i].clone()).into_owned();
-        let position = |place: usize| digits(axis.to_command(positions[place][i]));
-        for value in values(all.iter().map(|p| position(*p))) {
-            let is_in = |place: &usize| (position(*place) - value).abs() < SAME;
-            let rows: Vec<usize> = all.iter().copied().filter(is_in).collect();
-            // Nothing is known about an axis that does not move.
-            if rows.len() < all.len() {
-                add(
-                    OutlierKind::Index(axis.letter.char(), value),
-                    rows,
-                    &turn,
-                    false,
-                );
-            }
-        }
-    }
-    let angles = values(probed.iter().map(|p| places[*p].spindle));
-    for angle in angles.iter().skip(1) {
-        let rows = of(&|place| (places[place].spindle - angle).abs() < SAME);
-        add(OutlierKind::Spindle(*angle), rows, &at_stylus, false);
-    }
-    groups
-}
-
-/// A position rounded as in a file: without rounding errors from radians.
-fn digits(position: f64) -> f64 {
-    (position * 1e6).round() / 1e6
-}
-
-/// The distinct values.
-fn values(all: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut values: Vec<f64> = all.collect();
-    values.sort_by(f64::total_cmp);
-    values.dedup_by(|a, b| (*a - *b).abs() < SAME);
-    values
-}
-
 impl Outlier {
     /// True if it concerns more than one row.
     #[must_use]
     pub fn is_group(&self) -> bool {
         self.kind != OutlierKind::Row
-    }
-
-    /// A sentence about it: which, its size and a remedy.
-    #[must_use]
-    pub fn sentence(&self, problem: &Problem<'_>) -> String {
-        let line = |row: usize| {
-            let place = problem.places.iter().find(|place| place.row == row);
-            place.map_or(0, |place| place.line)
-        };
-        let first = self.rows.first().map_or(0, |row| line(*row));
-        // A deviation of a millimetre or more is a mistake, not a machine error.
-        let (unit, factor) = if self.off.norm() < 1.0 {
-            ("µm", 1e3)
-        } else {
-            ("mm", 1.0)
-        };
-        // Micrometres tell both from 0.
-        let digits = if factor == 1.0 { 3 } else { 1 };
-        let by = format!(
-            "{:.digits$} ± {:.digits$} {unit} (k = 2)",
-            self.off.norm() * factor,
-            2.0 * self.uncertainty * factor
-        );
-        let [x, y, z]: [f64; 3] = (self.off * factor).into();
-        let off = format!("x {x:.digits$}, y {y:.digits$}, z {z:.digits$}");
-        if let (OutlierKind::Row | OutlierKind::Setup(_), Some(number)) =
-            (&self.kind, self.observations.first())
-        {
-            return self.of_observation(problem, *number);
-        }
-        match &self.kind {
-            OutlierKind::Setup(name) => format!("the set-up {name} has moved"),
-            OutlierKind::Reading(name, one) => format!(
-                "the readings of {name} look {}: everything else fits if their deviations are multiplied by {:.3} ± {:.3} (k = 2); correct them, or leave them out with --without \"setup {name}\"",
-                one.what,
-                1.0 - self.off.x,
-                2.0 * self.uncertainty
-            ),
-            OutlierKind::Row => match &self.other_ball {
-                Some(ball) => format!(
-                    "line {first} looks like a probing of ball {ball}: it is {:.1} mm from where the other rows put its ball; correct the name, or leave it out with --without \"line {first}\"",
-                    self.off.norm()
-                ),
-                None => format!(
-                    "line {first}: the tip is {by} from where the other rows put it ({off}); look at its readings, leave it out with --without \"line {first}\", or use --robust"
-                ),
-            },
-            OutlierKind::Ball(name) => format!(
-                "ball {name} has moved by {by} ({off}) before line {first}: look whether it is loose, and leave it out with --without \"ball {name}\", or give it another name from line {first} on"
-            ),
-            OutlierKind::Stylus => format!(
-                "the stylus has moved by {by} ({off}, in the spindle) before line {first}: look whether it is bent, loose or another one, and identify the rows from line {first} on by themselves"
-            ),
-            OutlierKind::Index(axis, position) => format!(
-                "at {axis} = {position}, {axis} was off by {:.1} ± {:.1} µrad (k = 2): look at its clamping and its scale, or leave these {} rows out with --without \"{axis} = {position}\"",
-                self.off.x * 1e6,
-                2.0 * self.uncertainty * 1e6,
-                self.rows.len()
-            ),
-            OutlierKind::Spindle(angle) => format!(
-                "at a spindle angle of {angle}° the stylus is {by} ({off}, in the spindle) from where it should be: look whether the spindle was oriented, or leave these {} rows out with --without \"S = {angle}\"",
-                self.rows.len()
-            ),
-        }
-    }
-
-    /// A sentence about an observation, or about a set-up from this observation on.
-    fn of_observation(&self, problem: &Problem<'_>, number: usize) -> String {
-        let observed = &problem.observed;
-        let row = &observed.rows[number];
-        let (file, line) = (&observed.files[row.file], row.line);
-        // A scalar has a sign.
-        let off = match row.kind.dimension() {
-            1 => self.off.x,
-            _ => self.off.norm(),
-        };
-        let (unit, factor) = match row.kind {
-            Kind::Angle => ("µrad", 1e3),
-            _ if off.abs() < 1.0 => ("µm", 1e3),
-            _ => ("mm", 1.0),
-        };
-        let by = format!(
-            "{:.1} ± {:.1} {unit} (k = 2)",
-            off * factor,
-            2.0 * self.uncertainty * factor
-        );
-        match &self.kind {
-            OutlierKind::Setup(name) => format!(
-                "{file} line {line}: from here on, {name} reads {by} too much: look whether it has moved or slipped, and give it another name in the column setup from this line on"
-            ),
-            _ => format!(
-                "{file} line {line}: this {} is {by} from what the other rows say; look at the reading, leave it out with --without \"{file} line {line}\", or use --robust",
-                row.kind.name()
-            ),
-        }
     }
 }

@@ -2,17 +2,17 @@
 
 use super::descent::{STILL, descend, setup_alone};
 use super::estimate::Estimate;
-use super::factor::ScaledFactor;
+use super::factor::{Alone, ScaledFactor};
 use super::identified::{Estimated, FoundChange, Identified, Solution};
 use super::noise::Noise;
-use super::rows::{LARGEST_LENGTH, Problem};
+use super::rows::{EquationWeights, LARGEST_LENGTH, Problem};
 use super::structure::Identifiability;
 use super::unidentifiable::GivenUp;
 use super::{
     IdentifyError, Outlier, Unknown, bars, misread, mistakes, root_mean_square, snoop, units,
 };
 use nalgebra::{DMatrix, Vector3};
-use trueaxis_model::errors::Parameter;
+use trueaxis_model::errors::{Covariance, Parameter};
 
 /// Options of an identification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -96,192 +96,241 @@ fn refused(problem: &Problem<'_>, outliers: &[Outlier]) -> Option<IdentifyError>
 }
 
 fn solve(problem: &Problem<'_>, options: IdentifyOptions) -> Result<Identified, IdentifyError> {
-    let unknowns = &problem.unknowns;
-    let is_parameter = |i: &usize| unknowns[*i].parameter().is_some();
     problem.can_be_solved()?;
-    let has_parameters = (0..unknowns.len()).any(|i| is_parameter(&i));
-    let alone = problem.alone();
-    let mut noise = Noise::new(problem);
+    let noise = Noise::new(problem);
     bars::have_directions(problem, &problem.start())?;
-    let mut estimate = setup_alone(problem, &noise.weights(f64::INFINITY))?;
+    let estimate = setup_alone(problem, &noise.weights(f64::INFINITY))?;
     units::are_mm(problem, &estimate)?;
     mistakes::refuse(problem)?;
     misread::refuse(problem)?;
     let Identifiability { kept, given_up } = Identifiability::of(problem, options.least)?;
     let before = problem.misses(&estimate);
     let at_start = root_mean_square(before.iter().map(Vector3::norm));
-    if has_parameters && !kept.iter().any(is_parameter) {
+    if !sees_parameters(problem, &kept) {
         return Err(IdentifyError::NothingSeen);
     }
-    let trusted = |misses: &[Vector3<f64>], noise: &Noise| {
-        let rows = misses.iter().zip(&noise.trust);
-        root_mean_square(rows.map(|(miss, trust)| miss.norm() * trust))
+    let mut iteration = GaussNewton {
+        problem,
+        is_robust: options.robust,
+        kept,
+        alone: problem.alone(),
+        noise,
+        estimate,
+        misses: before.clone(),
+        shares: Vec::new(),
+        left: at_start,
     };
-    let mut left = at_start;
     let mut arrived = false;
-    let mut misses = before.clone();
-    let mut shares = Vec::new();
-    for round in 0..ROUNDS {
-        let weights = noise.weights(STIFF * left);
-        let jacobian = problem.jacobian(&estimate, &weights);
-        let factor = ScaledFactor::new(&jacobian, kept.clone(), &alone);
-        let factor = factor.ok_or(IdentifyError::NotFinite)?;
-        arrived = descend(problem, &mut estimate, &jacobian, &factor, &weights);
-        let last = std::mem::replace(&mut misses, problem.misses(&estimate));
-        if round == 0 || options.robust || noise.needs_shares() {
-            let found = noise.shares(problem, &jacobian, &factor);
-            shares = found.ok_or_else(|| not_converged(&misses))?;
+    for number in 0..ROUNDS {
+        let round = iteration.round(number)?;
+        arrived = round.arrived;
+        if arrived && round.settled && number > 0 {
+            return iteration.identified(round, &before, given_up);
         }
-        let settled = noise.learn(&misses, &shares, options.robust, round);
-        left = trusted(&misses, &noise);
-        if !arrived || !settled || round == 0 {
-            continue;
-        }
-        // With stiff bars and intermediate steps, the iteration can end at another minimum; and distances larger
-        // than any machine error are not machine errors. Neither is a result.
-        if left.is_nan() || left > trusted(&before, &noise) * (1.0 + STILL) || left > LARGEST_LENGTH
-        {
-            return Err(not_converged(&misses));
-        }
-        // Evaluate at the final solution, not where its last step began.
-        let moved = last.iter().zip(&misses).map(|(a, b)| (a - b).norm());
-        let moved = moved.fold(0.0, f64::max);
-        let is_elsewhere = moved * factor.condition() > ELSEWHERE * problem.lever();
-        let (jacobian, factor) = if is_elsewhere {
-            let jacobian = problem.jacobian(&estimate, &weights);
-            let factor = ScaledFactor::new(&jacobian, kept, &alone);
-            (jacobian, factor.ok_or(IdentifyError::NotFinite)?)
-        } else {
-            (jacobian, factor)
-        };
-        let place = Solution {
-            estimate,
-            weights,
-            factor,
-        };
-        let end = LastRound {
-            before,
-            misses,
-            shares,
-            noise,
-            given_up,
-        };
-        return identified(problem, place, end, &jacobian);
     }
-    if !arrived && left > FAR * at_start {
-        return Err(not_converged(&misses));
+    if !arrived && iteration.left > FAR * at_start {
+        return Err(not_converged(&iteration.misses));
     }
-    Err(IdentifyError::Unsettled {
-        rounds: ROUNDS,
-        what: if arrived {
-            "how much rows count"
-        } else {
-            "what parameters are that can hardly be told from each other"
-        },
-        rms: root_mean_square(misses.iter().map(Vector3::norm)),
-        line: problem.worst(&misses).0,
-    })
+    Err(iteration.unsettled(arrived))
 }
 
-/// Residuals and related data of the last round.
-struct LastRound {
-    before: Vec<Vector3<f64>>,
+/// False if parameters are looked for and the measurements show none.
+fn sees_parameters(problem: &Problem<'_>, kept: &[usize]) -> bool {
+    let is_parameter = |unknown: &Unknown| unknown.parameter().is_some();
+    !problem.unknowns.iter().any(is_parameter)
+        || kept.iter().any(|i| is_parameter(&problem.unknowns[*i]))
+}
+
+/// The iteration, as far as it has come.
+struct GaussNewton<'a> {
+    problem: &'a Problem<'a>,
+    is_robust: bool,
+    /// The unknowns that can be identified.
+    kept: Vec<usize>,
+    alone: Vec<Alone>,
+    noise: Noise,
+    estimate: Estimate,
     misses: Vec<Vector3<f64>>,
     /// Degrees of freedom of each source of noise.
     shares: Vec<f64>,
-    noise: Noise,
-    given_up: Vec<GivenUp>,
+    /// What is left of trusted rows (mm, root mean square).
+    left: f64,
 }
 
-/// Assembles the final result.
-fn identified(
+/// One round with one Jacobian.
+struct NewtonRound {
+    weights: EquationWeights,
+    jacobian: DMatrix<f64>,
+    factor: ScaledFactor,
+    arrived: bool,
+    /// True if rows count as much as before.
+    settled: bool,
+    /// How far (mm) a tip has moved.
+    moved: f64,
+}
+
+impl GaussNewton<'_> {
+    fn round(&mut self, number: usize) -> Result<NewtonRound, IdentifyError> {
+        let problem = self.problem;
+        let weights = self.noise.weights(STIFF * self.left);
+        let (jacobian, factor) = self.factored(&weights)?;
+        let arrived = descend(problem, &mut self.estimate, &jacobian, &factor, &weights);
+        let last = std::mem::replace(&mut self.misses, problem.misses(&self.estimate));
+        if number == 0 || self.is_robust || self.noise.needs_shares() {
+            let found = self.noise.shares(problem, &jacobian, &factor);
+            self.shares = found.ok_or_else(|| not_converged(&self.misses))?;
+        }
+        let (misses, shares) = (&self.misses, &self.shares);
+        let settled = self.noise.learn(misses, shares, self.is_robust, number);
+        self.left = self.trusted(misses);
+        let moved = last.iter().zip(misses).map(|(a, b)| (a - b).norm());
+        Ok(NewtonRound {
+            weights,
+            jacobian,
+            factor,
+            arrived,
+            settled,
+            moved: moved.fold(0.0, f64::max),
+        })
+    }
+
+    fn factored(
+        &self,
+        weights: &EquationWeights,
+    ) -> Result<(DMatrix<f64>, ScaledFactor), IdentifyError> {
+        let jacobian = self.problem.jacobian(&self.estimate, weights);
+        let factor = ScaledFactor::new(&jacobian, self.kept.clone(), &self.alone);
+        Ok((jacobian, factor.ok_or(IdentifyError::NotFinite)?))
+    }
+
+    fn trusted(&self, misses: &[Vector3<f64>]) -> f64 {
+        let rows = misses.iter().zip(&self.noise.trust);
+        root_mean_square(rows.map(|(miss, trust)| miss.norm() * trust))
+    }
+
+    /// With stiff bars and intermediate steps, the iteration can end at another minimum; and distances larger than any
+    /// machine error are not machine errors. Neither is a result.
+    fn is_lost(&self, before: &[Vector3<f64>]) -> bool {
+        let left = self.left;
+        left.is_nan() || left > self.trusted(before) * (1.0 + STILL) || left > LARGEST_LENGTH
+    }
+
+    /// Assembles the final result.
+    fn identified(
+        self,
+        last: NewtonRound,
+        before: &[Vector3<f64>],
+        given_up: Vec<GivenUp>,
+    ) -> Result<Identified, IdentifyError> {
+        let (problem, misses) = (self.problem, &self.misses);
+        if self.is_lost(before) {
+            return Err(not_converged(misses));
+        }
+        let (place, jacobian) = self.solution(last)?;
+        let Solution {
+            estimate,
+            weights,
+            factor,
+        } = &place;
+        let kept = factor.unknowns();
+        let seen = problem.parameters(kept.iter().copied());
+        let of_rows = factor.covariance(seen.len());
+        let of_rows = of_rows.ok_or_else(|| not_converged(misses))?;
+        let known = joined(problem, &place, &jacobian, &seen, of_rows)?;
+        let covariance = known.matrix.view((0, 0), (seen.len(), seen.len()));
+        let components = self.noise.components(misses, &self.shares);
+        let trusted = self.noise.trusted(misses, &self.shares);
+        let variances = factor.variances().unwrap_or_default();
+        let variance = |unknown: Unknown| {
+            let i = kept.iter().position(|i| problem.unknowns[*i] == unknown)?;
+            variances.get(i).copied()
+        };
+        let value = |p: &Parameter| estimate.errors.parameters.get(p).copied().unwrap_or(0.0);
+        Ok(Identified {
+            looked_for: problem.parameters(0..problem.unknowns.len()),
+            parameters: (seen.iter().enumerate())
+                .map(|(i, parameter)| Estimated {
+                    parameter: *parameter,
+                    value: value(parameter),
+                    uncertainty: covariance[(i, i)].sqrt(),
+                })
+                .collect(),
+            covariance: covariance.into_owned(),
+            unseen: given_up.into_iter().map(|g| g.unseen).collect(),
+            noise: components[0].noise,
+            of_stated: components[0].of_stated,
+            freedom: problem.equations() - kept.len(),
+            condition: factor.condition(),
+            bars: bars::checked(problem, (estimate, weights, factor), &jacobian),
+            rows: problem.rows(before, misses, &trusted),
+            observed: problem.observed.found(before, misses, &trusted),
+            setups: problem.observed.set_up(estimate, weights.least, &variance),
+            drift: problem.observed.drifts(&problem.drift, estimate, &variance),
+            thermal: changes(problem, estimate, &variance),
+            components,
+            errors: (*estimate.errors).clone(),
+            balls: estimate.balls.clone(),
+            stylus: estimate.stylus,
+            known,
+            place,
+        })
+    }
+
+    /// The solution, and the Jacobian there, not where its last step began.
+    fn solution(&self, last: NewtonRound) -> Result<(Solution, DMatrix<f64>), IdentifyError> {
+        let is_elsewhere = last.moved * last.factor.condition() > ELSEWHERE * self.problem.lever();
+        let (jacobian, factor) = match is_elsewhere {
+            true => self.factored(&last.weights)?,
+            false => (last.jacobian, last.factor),
+        };
+        let place = Solution {
+            estimate: self.estimate.clone(),
+            weights: last.weights,
+            factor,
+        };
+        Ok((place, jacobian))
+    }
+
+    fn unsettled(&self, arrived: bool) -> IdentifyError {
+        IdentifyError::Unsettled {
+            rounds: ROUNDS,
+            what: match arrived {
+                true => "how much rows count",
+                false => "what parameters are that can hardly be told from each other",
+            },
+            rms: root_mean_square(self.misses.iter().map(Vector3::norm)),
+            line: self.problem.worst(&self.misses).0,
+        }
+    }
+}
+
+/// The covariance of all that is known, given that of the parameters `seen` by the measurements alone.
+fn joined(
     problem: &Problem<'_>,
-    place: Solution,
-    end: LastRound,
+    place: &Solution,
     jacobian: &DMatrix<f64>,
-) -> Result<Identified, IdentifyError> {
-    let LastRound {
-        before,
-        misses,
-        shares,
-        noise,
-        given_up,
-    } = end;
+    seen: &[Parameter],
+    of_rows: DMatrix<f64>,
+) -> Result<Covariance, IdentifyError> {
     let Solution {
         estimate,
         weights,
         factor,
-    } = &place;
-    let kept = factor.unknowns();
-    let freedom = problem.equations() - kept.len();
-    let seen: Vec<Parameter> = (kept.iter())
-        .filter_map(|i| match problem.unknowns[*i] {
-            Unknown::Parameter(parameter) => Some(parameter),
-            _ => None,
-        })
-        .collect();
-    let of_rows = factor.covariance(seen.len());
-    let of_rows = of_rows.ok_or_else(|| not_converged(&misses))?;
-    let before_that = problem.base.covariance().without(&seen);
-    let others = before_that.parameters.iter();
+    } = place;
+    let before = problem.base.covariance().without(seen);
+    let others = before.parameters.iter();
     let others: Vec<Unknown> = others.map(|p| Unknown::Parameter(*p)).collect();
     let others = problem.derivatives(&others, estimate, weights);
     // Errors of previously known parameters shift those identified with them, as far as they can absorb them.
-    let mut pull = DMatrix::zeros(seen.len(), others.ncols());
-    for (mut pull, column) in pull.column_iter_mut().zip(others.column_iter()) {
-        let step = factor.step(&jacobian.tr_mul(&column));
-        let step = step.ok_or(IdentifyError::NotFinite)?;
-        for (pull, i) in pull.iter_mut().zip(kept) {
-            *pull = step[*i];
-        }
-    }
+    let pull = factor.absorbed(jacobian, others.column_iter());
+    let pull = pull.ok_or(IdentifyError::NotFinite)?;
+    let pull = pull.rows(0, seen.len()).into_owned();
     // So do the values of tables, which are no parameters: their part is in the covariance of what was found.
     let by_tables = problem.by_tables((estimate, weights, factor), jacobian);
     let by_tables = by_tables.ok_or(IdentifyError::NotFinite)?;
     let by_tables = by_tables.rows(0, seen.len());
     let of_rows = of_rows + by_tables * by_tables.transpose();
-    let known = before_that.joined(&seen, &of_rows, &pull);
-    let covariance = known.matrix.view((0, 0), (seen.len(), seen.len()));
-    let components = noise.components(&misses, &shares);
-    let trusted = noise.trusted(&misses, &shares);
-    let variances = factor.variances().unwrap_or_default();
-    let variance = |unknown: Unknown| {
-        let i = kept.iter().position(|i| problem.unknowns[*i] == unknown)?;
-        variances.get(i).copied()
-    };
-    let value = |p: &Parameter| estimate.errors.parameters.get(p).copied().unwrap_or(0.0);
-    let looked_for = problem.unknowns.iter().filter_map(|unknown| match unknown {
-        Unknown::Parameter(parameter) => Some(*parameter),
-        _ => None,
-    });
-    Ok(Identified {
-        looked_for: looked_for.collect(),
-        parameters: (seen.iter().enumerate())
-            .map(|(i, parameter)| Estimated {
-                parameter: *parameter,
-                value: value(parameter),
-                uncertainty: covariance[(i, i)].sqrt(),
-            })
-            .collect(),
-        covariance: covariance.into_owned(),
-        unseen: given_up.into_iter().map(|g| g.unseen).collect(),
-        noise: components[0].noise,
-        of_stated: components[0].of_stated,
-        freedom,
-        condition: factor.condition(),
-        bars: bars::checked(problem, (estimate, weights, factor), jacobian),
-        rows: problem.rows(&before, &misses, &trusted),
-        observed: problem.observed.found(&before, &misses, &trusted),
-        setups: problem.observed.set_up(estimate, weights.least, &variance),
-        drift: problem.observed.drifts(&problem.drift, estimate, &variance),
-        thermal: changes(problem, estimate, &variance),
-        components,
-        errors: (*place.estimate.errors).clone(),
-        balls: place.estimate.balls.clone(),
-        stylus: place.estimate.stylus,
-        known,
-        place,
-    })
+    Ok(before.joined(seen, &of_rows, &pull))
 }
 
 /// The changes with temperature, as found.

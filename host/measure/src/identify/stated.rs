@@ -69,37 +69,36 @@ pub fn misplaced(problem: &Problem<'_>, all: &[Stated]) -> Option<Mistake> {
         let (Some(stated), Some(distance)) = (one.stated, one.distance()) else {
             continue;
         };
-        let place = |v: &Vector3<f64>| {
-            // Avoids -0.0.
-            let v = v.map(|v| (v * 10.0).round() / 10.0 + 0.0);
-            format!("[{:.1}, {:.1}, {:.1}]", v.x, v.y, v.z)
-        };
         let separator = if what.is_empty() { "" } else { "; " };
         let _ = write!(
             what,
             "{separator}{} was found at {} mm, {distance:.1} mm from the stated {}",
             one.what,
-            place(&one.found),
-            place(&stated)
+            rounded(&one.found),
+            rounded(&stated)
         );
     }
     let explained = places(problem);
     if let Some(mistake) = &explained {
         let _ = write!(what, "; {}", mistake.what);
     }
-    let remedy = match (explained, far.iter().all(|one| one.what == "stylus")) {
-        (Some(mistake), _) => mistake.remedy,
+    let remedy = match (&explained, far.iter().all(|one| one.what == "stylus")) {
+        (Some(mistake), _) => &mistake.remedy,
         (None, true) => {
             "correct tip_mm of [stylus] in the artefact, or of [tool] in the machine file"
-                .to_owned()
         }
         (None, false) => {
             "correct nominal_mm in the artefact, or origins and signs of axes in the machine file"
-                .to_owned()
         }
     };
     Some(Mistake {
+        remedy: format!("{remedy}; if they are right as found, say --accept-places"),
         what,
-        remedy: remedy + "; if they are right as found, say --accept-places",
     })
+}
+
+fn rounded(place: &Vector3<f64>) -> String {
+    // Avoids -0.0.
+    let v = place.map(|v| (v * 10.0).round() / 10.0 + 0.0);
+    format!("[{:.1}, {:.1}, {:.1}]", v.x, v.y, v.z)
 }

@@ -4,7 +4,7 @@ use super::Unknown;
 use super::estimate::Estimate;
 use super::factor::ScaledFactor;
 use super::rows::{EquationWeights, Problem};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 
 impl Problem<'_> {
@@ -47,16 +47,7 @@ impl Problem<'_> {
             }
             columns.push(own);
         }
-        let count = columns.iter().map(DMatrix::ncols).sum();
-        let mut by = DMatrix::zeros(factor.unknowns().len(), count);
-        let all = columns.iter().flat_map(|own| own.column_iter());
-        for (mut by, column) in by.column_iter_mut().zip(all) {
-            let step: DVector<f64> = factor.step(&jacobian.tr_mul(&column))?;
-            for (by, i) in by.iter_mut().zip(factor.unknowns()) {
-                *by = step[*i];
-            }
-        }
-        Some(by)
+        factor.absorbed(jacobian, columns.iter().flat_map(|own| own.column_iter()))
     }
 }
 
@@ -80,6 +71,7 @@ mod tests {
     use crate::formats::observations::{self, Observations};
     use crate::formats::probings::Probings;
     use crate::identify::{Identified, IdentifyOptions, identify};
+    use nalgebra::DVector;
     use std::fmt::Write;
     use trueaxis_model::errors::ErrorModel;
     use trueaxis_model::errors::Table;

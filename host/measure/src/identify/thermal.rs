@@ -4,15 +4,17 @@
 //! the parameter's own column times the temperature at each row. What is chosen is what predicts *cycles* (warm-ups and
 //! cool-downs) that were left out, not rows: neighbouring rows of one warm-up tell the same.
 
+mod uncertainty;
+
 use super::Unknown;
 use super::gram::{Gram, Split};
 use super::held_out::student;
 use super::identified::Identified;
 use super::rows::Problem;
-use super::thermal_choice::{Linear, ThermalCandidate, ThermalChoice, uncertainties};
 use crate::formats::temperatures::{Temperatures, ThermalModel};
 use nalgebra::{DMatrix, DVector};
 use trueaxis_model::errors::{MAX_SENSORS, Parameter, ParameterKind, Thermal, in_three_digits};
+use uncertainty::is_apart;
 
 /// Most sensors that are chosen. Each may have several lags.
 pub const MOST_SENSORS: usize = 4;
@@ -28,25 +30,6 @@ const WORTH: f64 = 0.9;
 /// its expanded uncertainty (k = 2), by no more than the second.
 const NOTHING: f64 = 0.002;
 const LITTLE: f64 = 0.01;
-/// Lags of one sensor differ at least by this factor: closer ones are the same temperature but for its noise, and would get
-/// large coefficients of opposite signs.
-const APART: f64 = 3.0;
-/// No lag is as close to others as this one (s).
-const NO_LAG: f64 = 30.0;
-/// Relative change of a lag for its derivative.
-const SMALL: f64 = 0.01;
-/// Lags that could have been chosen: none, and from the shortest by a third of a doubling.
-const SHORTEST: f64 = 30.0;
-const LONGER: i32 = 29;
-/// Lags about a chosen one are half a standard deviation apart, up to three on either side; no deviation of its logarithm is
-/// larger.
-const NEAR: i32 = 6;
-const MOST_UNCERTAIN: f64 = 0.5;
-/// Logarithm by which a lag is changed for how much worse others fit.
-const BEND: f64 = 0.05;
-/// Where none was chosen: the shortest other one (s), and how many, each by a half of a doubling longer.
-const ALMOST_NONE: f64 = 10.0;
-const FEW: i32 = 8;
 
 /// What temperatures explain.
 #[derive(Clone, Debug)]
@@ -98,6 +81,45 @@ pub struct ThermalError {
     pub remedy: String,
 }
 
+impl ThermalError {
+    fn new(reason: impl Into<String>, remedy: &str) -> Self {
+        Self {
+            reason: reason.into(),
+            remedy: remedy.to_owned(),
+        }
+    }
+}
+
+/// The time and the cycle of each equation, and the sum of the squared weights.
+type EquationTimes = (Vec<Option<f64>>, Vec<Option<usize>>, f64);
+
+fn times_of_equations(
+    problem: &Problem<'_>,
+    identified: &Identified,
+    log: &Temperatures,
+) -> Result<EquationTimes, ThermalError> {
+    let mut clocks = vec![None; problem.equations()];
+    let mut parts = vec![None; problem.equations()];
+    let mut squares = 0.0;
+    let rows = problem.blocks().zip(problem.clocks());
+    for ((block, clock), weight) in rows.zip(&identified.place.weights.rows) {
+        let Some(cycle) = clock.and_then(|t| log.cycle_at(t)) else {
+            let at = clock.map_or("a row has no time_s".to_owned(), |t| {
+                format!("a row was measured at {t} s, of which the temperatures say nothing")
+            });
+            return Err(ThermalError::new(
+                at,
+                "give every row a time_s by the clock of the temperatures, and temperatures from before the first row to after the last one",
+            ));
+        };
+        squares += weight * weight * block.len() as f64;
+        for equation in block {
+            (clocks[equation], parts[equation]) = (clock, Some(cycle));
+        }
+    }
+    Ok((clocks, parts, squares))
+}
+
 /// A temperature with the parameters that may change with it.
 #[derive(Clone, Debug)]
 struct ThermalGroup {
@@ -105,13 +127,6 @@ struct ThermalGroup {
     lag: f64,
     /// Indices into the candidates.
     parameters: Vec<usize>,
-}
-
-/// A temperature that could have been chosen, at every equation (K).
-struct Temperature {
-    sensor: usize,
-    lag: f64,
-    kelvin: DVector<f64>,
 }
 
 struct ThermalSearch<'p> {
@@ -183,20 +198,15 @@ impl<'p> ThermalSearch<'p> {
         log: &'p Temperatures,
         candidates: &[Parameter],
     ) -> Result<Self, ThermalError> {
-        let refuse = |reason: &str, remedy: &str| {
-            Err(ThermalError {
-                reason: reason.to_owned(),
-                remedy: remedy.to_owned(),
-            })
-        };
-        let candidates: Vec<Parameter> = (candidates.iter().copied())
+        let candidates = candidates.iter().copied();
+        let candidates: Vec<Parameter> = candidates
             .filter(|p| p.kind != ParameterKind::Backlash)
             .collect();
         if candidates.is_empty() {
-            return refuse(
+            return Err(ThermalError::new(
                 "no parameter is looked for that can change with temperature",
                 "give --model or --thermal the names of locations and coefficients",
-            );
+            ));
         }
         let place = &identified.place;
         let all = problem.jacobian(&place.estimate, &place.weights);
@@ -204,31 +214,13 @@ impl<'p> ThermalSearch<'p> {
         let unknowns: Vec<Unknown> = candidates.iter().map(|p| Unknown::Parameter(*p)).collect();
         let columns = problem.derivatives(&unknowns, &place.estimate, &place.weights);
         let residuals = problem.residuals(&place.estimate, &place.weights);
-        let mut clocks = vec![None; residuals.len()];
-        let mut parts = vec![None; residuals.len()];
-        let mut squares = 0.0;
-        let rows = problem.blocks().zip(problem.clocks());
-        for ((block, clock), weight) in rows.zip(&place.weights.rows) {
-            let Some(cycle) = clock.and_then(|t| log.cycle_at(t)) else {
-                let at = clock.map_or("a row has no time_s".to_owned(), |t| {
-                    format!("a row was measured at {t} s, of which the temperatures say nothing")
-                });
-                return refuse(
-                    &at,
-                    "give every row a time_s by the clock of the temperatures, and temperatures from before the first row to after the last one",
-                );
-            };
-            squares += weight * weight * block.len() as f64;
-            for equation in block {
-                (clocks[equation], parts[equation]) = (clock, Some(cycle));
-            }
-        }
+        let (clocks, parts, squares) = times_of_equations(problem, identified, log)?;
         let split = Split::new(&parts);
         if split.parts() < 2 {
-            return refuse(
+            return Err(ThermalError::new(
                 "there is only one cycle with rows, so none can be left out",
                 "measure at least two warm-ups or cool-downs, and number them in a column `cycle` of the temperatures or pause the record between them",
-            );
+            ));
         }
         let first = &log.readings[0].celsius;
         Ok(Self {
@@ -359,23 +351,7 @@ impl<'p> ThermalSearch<'p> {
         let mut removed: Vec<(String, Vec<String>)> = Vec::new();
         let mut least = best;
         let mut needed: Vec<(usize, f64, usize)> = Vec::new();
-        loop {
-            let gram = self.gram(groups);
-            let certain = gram.significance();
-            let mut terms: Vec<(f64, usize, usize)> = Vec::new();
-            let mut next = self.fixed.ncols();
-            for (g, group) in groups.iter().enumerate() {
-                for (k, p) in group.parameters.iter().enumerate() {
-                    let is_needed = needed.contains(&(group.sensor, group.lag, *p));
-                    if !is_needed {
-                        terms.push((certain[next], g, k));
-                    }
-                    next += 1;
-                }
-            }
-            let Some((certain, g, k)) = terms.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
-                break;
-            };
+        while let Some((certain, g, k)) = self.least_certain(groups, &needed) {
             let mut fewer = groups.clone();
             let parameter = fewer[g].parameters.remove(k);
             let score = self.score(&fewer);
@@ -394,10 +370,30 @@ impl<'p> ThermalSearch<'p> {
             *groups = fewer;
         }
         groups.retain(|group| !group.parameters.is_empty());
-        let joined = removed
-            .into_iter()
-            .map(|(name, all)| (name, all.join(", ")));
+        let joined = (removed.into_iter()).map(|(name, all)| (name, all.join(", ")));
         joined.collect()
+    }
+
+    /// The term whose value is the least certain but for those that are needed: how many standard uncertainties it has, its
+    /// group and its place there.
+    fn least_certain(
+        &self,
+        groups: &[ThermalGroup],
+        needed: &[(usize, f64, usize)],
+    ) -> Option<(f64, usize, usize)> {
+        let certain = self.gram(groups).significance();
+        let mut terms: Vec<(f64, usize, usize)> = Vec::new();
+        let mut next = self.fixed.ncols();
+        for (g, group) in groups.iter().enumerate() {
+            for (k, p) in group.parameters.iter().enumerate() {
+                let is_needed = needed.contains(&(group.sensor, group.lag, *p));
+                if !is_needed {
+                    terms.push((certain[next], g, k));
+                }
+                next += 1;
+            }
+        }
+        terms.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     fn finish(
@@ -422,44 +418,14 @@ impl<'p> ThermalSearch<'p> {
                 with: b.mean.sqrt() / self.weight,
             })
             .collect();
-        let mut inputs = Vec::new();
-        let mut kelvin = Vec::new();
-        let mut terms = Vec::new();
-        for (number, group) in groups.iter().enumerate() {
-            let at_rows = self.kelvin(group.sensor, group.lag);
-            inputs.push(Thermal {
-                range_kelvin: [floor_tenth(at_rows.min()), -floor_tenth(-at_rows.max())],
-                ..self.input(group)
-            });
-            kelvin.push(
-                self.log
-                    .kelvin(group.sensor, self.references[group.sensor], group.lag),
-            );
-            terms.extend(
-                group
-                    .parameters
-                    .iter()
-                    .map(|p| (self.candidates[*p], number)),
-            );
-        }
-        let with = cycles
-            .iter()
+        let with = (cycles.iter())
             .map(|c| c.with.powi(2) * c.rows as f64)
             .sum::<f64>();
         let count: usize = cycles.iter().map(|c| c.rows).sum();
         let with = (with / count as f64).sqrt();
-        let choice = self.uncertainties(&groups);
-        let of_choice = |[own, whole]: &[f64; 2]| (whole * whole - own * own).max(0.0).sqrt();
         Ok(Warmed {
             lag_uncertainty: self.lag_uncertainty(&groups),
-            model: ThermalModel {
-                log: self.log.clone(),
-                inputs,
-                terms,
-                choice: choice.iter().map(of_choice).collect(),
-                kelvin,
-                left: (!groups.is_empty()).then(|| band(&cycles, with)),
-            },
+            model: self.model(&groups, (!groups.is_empty()).then(|| band(&cycles, with))),
             taken: if groups.is_empty() { Vec::new() } else { taken },
             dropped,
             left_out: [without / self.weight, with],
@@ -468,186 +434,31 @@ impl<'p> ThermalSearch<'p> {
         })
     }
 
-    /// The standard uncertainty of each term: with these temperatures, lags and terms, and with the choice of them. Where
-    /// left-out cycles are predicted worse than chance would have it, equations have the variance of that.
-    fn uncertainties(&self, groups: &[ThermalGroup]) -> Vec<[f64; 2]> {
-        let Some(chosen) = self.linear(groups).filter(|_| !groups.is_empty()) else {
-            return Vec::new();
-        };
-        let chosen = chosen.model();
-        let gram = self.gram(groups);
-        let cycles = gram.by_part_of_expected();
-        let of_cycles = cycles.iter().sum::<f64>() / cycles.len() as f64;
-        let variance = gram.variance().max(of_cycles);
-        let equations = self.residuals.len() as f64 * gram.variance() / variance;
-        let temperatures = self.temperatures();
-        let (mut lags, mut others) = (Vec::new(), Vec::new());
-        let model = |groups: &[ThermalGroup]| self.linear(groups).map(|linear| linear.model());
-        for (g, group) in groups.iter().enumerate() {
-            let at = |sensor: usize, lag: f64| {
-                let mut all = groups.to_vec();
-                (all[g].sensor, all[g].lag) = (sensor, lag);
-                model(&all)
-            };
-            let near = near(group.lag, &chosen, variance, &|lag| at(group.sensor, lag));
-            lags.push(near);
-            let mut rest = groups.to_vec();
-            rest.remove(g);
-            let swapped = temperatures.iter().filter(|other| {
-                other.sensor != group.sensor && is_apart(&rest, other.sensor, other.lag)
+    /// The chosen terms; `left` is the 95 % interval of what they leave, if there are any.
+    fn model(&self, groups: &[ThermalGroup], left: Option<f64>) -> ThermalModel {
+        let (mut inputs, mut kelvin, mut terms) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, group) in groups.iter().enumerate() {
+            let at_rows = self.kelvin(group.sensor, group.lag);
+            inputs.push(Thermal {
+                range_kelvin: [floor_tenth(at_rows.min()), -floor_tenth(-at_rows.max())],
+                ..self.input(group)
             });
-            others.push(
-                swapped
-                    .filter_map(|other| at(other.sensor, other.lag))
-                    .collect(),
-            );
-            for (k, parameter) in group.parameters.iter().enumerate() {
-                let mut fewer = groups.to_vec();
-                fewer[g].parameters.remove(k);
-                others.push(model(&fewer).into_iter().collect());
-                // With one parameter, these are those above.
-                if group.parameters.len() > 1 {
-                    let is_own = |t: &Temperature| t.sensor == group.sensor;
-                    others.push(self.with_one(&fewer, *parameter, &temperatures, &is_own));
-                    let is_other = |t: &Temperature| !is_own(t);
-                    others.push(self.with_one(&fewer, *parameter, &temperatures, &is_other));
-                }
-            }
+            let reference = self.references[group.sensor];
+            kelvin.push(self.log.kelvin(group.sensor, reference, group.lag));
+            let own = group.parameters.iter();
+            terms.extend(own.map(|p| (self.candidates[*p], number)));
         }
-        for parameter in 0..self.candidates.len() {
-            let is_its = |group: &&ThermalGroup| group.parameters.contains(&parameter);
-            if groups.iter().filter(is_its).count() > 1 {
-                let mut without = groups.to_vec();
-                for group in &mut without {
-                    group.parameters.retain(|p| *p != parameter);
-                }
-                others.push(self.with_one(&without, parameter, &temperatures, &|_| true));
-            }
-            let is_coarse = |t: &Temperature| LAGS.contains(&t.lag);
-            others.push(self.with_one(groups, parameter, &temperatures, &is_coarse));
-        }
-        uncertainties(&chosen, &lags, &others, variance, equations)
-    }
-
-    /// Every sensor with every lag that could have been chosen.
-    fn temperatures(&self) -> Vec<Temperature> {
-        let longer = (0..LONGER).map(|k| SHORTEST * libm::exp2(f64::from(k) / 3.0));
-        let lags: Vec<f64> = [0.0].into_iter().chain(longer).collect();
-        let sensors = 0..self.log.sensors.len();
-        let all = sensors.flat_map(|sensor| lags.iter().map(move |lag| (sensor, *lag)));
-        let temperature = |(sensor, lag)| Temperature {
-            sensor,
-            lag,
-            kelvin: self.kelvin(sensor, lag),
-        };
-        all.map(temperature).collect()
-    }
-
-    /// The models with a parameter that changes with one temperature more, if it is apart from those that it changes with.
-    fn with_one(
-        &self,
-        groups: &[ThermalGroup],
-        parameter: usize,
-        temperatures: &[Temperature],
-        is_in: &dyn Fn(&Temperature) -> bool,
-    ) -> Vec<ThermalCandidate> {
-        let its = groups.iter().filter(|g| g.parameters.contains(&parameter));
-        let its: Vec<ThermalGroup> = its.cloned().collect();
-        let tried = temperatures
-            .iter()
-            .filter(|t| is_in(t) && is_apart(&its, t.sensor, t.lag));
-        let (terms, columns): (Vec<ThermalChoice>, Vec<DVector<f64>>) = tried
-            .map(|t| {
-                let (sensor, lag) = (t.sensor, t.lag);
-                let term = ThermalChoice {
-                    parameter,
-                    sensor,
-                    lag,
-                };
-                (
-                    term,
-                    self.columns.column(parameter).component_mul(&t.kelvin),
-                )
-            })
-            .unzip();
-        match self.linear(groups) {
-            Some(linear) if !columns.is_empty() => {
-                linear.with(&terms, &DMatrix::from_columns(&columns))
-            }
-            _ => Vec::new(),
+        let choice = self.uncertainties(groups);
+        let of_choice = |[own, whole]: &[f64; 2]| (whole * whole - own * own).max(0.0).sqrt();
+        ThermalModel {
+            log: self.log.clone(),
+            inputs,
+            terms,
+            choice: choice.iter().map(of_choice).collect(),
+            kelvin,
+            left,
         }
     }
-
-    /// The least squares with these groups.
-    fn linear(&self, groups: &[ThermalGroup]) -> Option<Linear> {
-        let terms = groups.iter().flat_map(|group| {
-            let (sensor, lag) = (group.sensor, group.lag);
-            let parameters = group.parameters.iter();
-            parameters.map(move |parameter| ThermalChoice {
-                parameter: *parameter,
-                sensor,
-                lag,
-            })
-        });
-        Linear::new(self.matrix(groups), &self.residuals, terms.collect())
-    }
-
-    /// The standard uncertainty of each lag as a fraction of it, together with all other unknowns.
-    fn lag_uncertainty(&self, groups: &[ThermalGroup]) -> Vec<Option<f64>> {
-        let gram = self.gram(groups);
-        let solution = gram.solution();
-        let mut matrix = self.matrix(groups);
-        let mut next = self.fixed.ncols();
-        let mut columns = Vec::new();
-        for group in groups {
-            if group.lag > 0.0 {
-                let [more, less] = [1.0 + SMALL, (1.0 + SMALL).recip()]
-                    .map(|factor| self.kelvin(group.sensor, group.lag * factor));
-                let change = (more - less) / (2.0 * libm::log1p(SMALL));
-                let mut effect = DVector::zeros(self.residuals.len());
-                for (k, p) in group.parameters.iter().enumerate() {
-                    effect += self.columns.column(*p).component_mul(&change) * solution[next + k];
-                }
-                let at = matrix.ncols();
-                matrix = matrix.insert_column(at, 0.0);
-                matrix.set_column(at, &effect);
-                columns.push(Some(at));
-            } else {
-                columns.push(None);
-            }
-            next += group.parameters.len();
-        }
-        let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
-        columns.iter().map(|c| c.map(|c| deviations[c])).collect()
-    }
-}
-
-/// The models with the lags about one that was chosen.
-fn near(
-    lag: f64,
-    chosen: &ThermalCandidate,
-    variance: f64,
-    model: &dyn Fn(f64) -> Option<ThermalCandidate>,
-) -> Vec<ThermalCandidate> {
-    if lag == 0.0 {
-        let longer = (0..FEW).map(|k| ALMOST_NONE * libm::exp2(f64::from(k) / 2.0));
-        return [0.0].into_iter().chain(longer).filter_map(model).collect();
-    }
-    let squares = |log: f64| model(lag * libm::exp(log)).map_or(f64::INFINITY, |m| m.squares);
-    let bend = (squares(BEND) + squares(-BEND) - 2.0 * chosen.squares) / (BEND * BEND);
-    let deviation = match bend > 0.0 {
-        true => (2.0 * variance / bend).sqrt().min(MOST_UNCERTAIN),
-        false => MOST_UNCERTAIN,
-    };
-    let lags = (-NEAR..=NEAR).map(|k| lag * libm::exp(0.5 * f64::from(k) * deviation));
-    lags.filter_map(model).collect()
-}
-
-/// True if the lag of a sensor differs enough from its lags in `groups`.
-fn is_apart(groups: &[ThermalGroup], sensor: usize, lag: f64) -> bool {
-    let ratio = |other: f64| libm::log(other.max(NO_LAG) / lag.max(NO_LAG)).abs();
-    let mut same = groups.iter().filter(|g| g.sensor == sensor);
-    same.all(|g| ratio(g.lag) >= libm::log(APART))
 }
 
 /// Half-width of the interval in which 95 % of the coordinates of another cycle are expected: Student's factor for as

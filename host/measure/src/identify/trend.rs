@@ -3,6 +3,7 @@
 
 use super::rows::{LARGEST_LENGTH, Problem};
 use super::{Identified, root_mean_square};
+use crate::extremes::extremes;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// A displacement of the tip relative to the balls (workpiece frame) that varies with some quantity, fitted together
@@ -35,8 +36,7 @@ pub(super) fn trend(
     identified: &Identified,
     values: &[f64],
 ) -> Option<Trend> {
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = extremes(values.iter().copied());
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let parts: Vec<f64> = (problem.places.iter())
         .map(|place| (values[place.row] - mean) / (high - low))
@@ -46,19 +46,7 @@ pub(super) fn trend(
     }
     let place = &identified.place;
     let residuals = problem.residuals(&place.estimate, &place.weights);
-    let jacobian = problem.jacobian(&place.estimate, &place.weights);
-    // Only probings: an instrument that has moved is a drift of its set-up.
-    let mut columns = DMatrix::zeros(residuals.len(), 3);
-    for (i, (part, weight)) in parts.iter().zip(&place.weights.rows).enumerate() {
-        for k in 0..3 {
-            columns[(3 * i + k, k)] = part * weight;
-        }
-    }
-    // The part that the unknowns cannot absorb.
-    for mut column in columns.column_iter_mut() {
-        let step: DVector<f64> = place.factor.step(&jacobian.tr_mul(&column))?;
-        column += &jacobian * step;
-    }
+    let columns = shifts(problem, identified, &parts)?;
     let normal: Matrix3<f64> = columns.tr_mul(&columns).fixed_view::<3, 3>(0, 0).into();
     let gradient: Vector3<f64> = columns.tr_mul(&residuals).fixed_rows::<3>(0).into();
     let inverse = normal.try_inverse()?;
@@ -80,6 +68,25 @@ pub(super) fn trend(
         uncertainty,
         square: change.dot(&gradient) / noise,
     })
+}
+
+/// What is left of residuals that follow a quantity along x, y and z once the unknowns have absorbed what they can.
+fn shifts(problem: &Problem<'_>, identified: &Identified, parts: &[f64]) -> Option<DMatrix<f64>> {
+    let place = &identified.place;
+    let jacobian = problem.jacobian(&place.estimate, &place.weights);
+    // Only probings: an instrument that has moved is a drift of its set-up.
+    let mut columns = DMatrix::zeros(jacobian.nrows(), 3);
+    for (i, (part, weight)) in parts.iter().zip(&place.weights.rows).enumerate() {
+        for k in 0..3 {
+            columns[(3 * i + k, k)] = part * weight;
+        }
+    }
+    // The part that the unknowns cannot absorb.
+    for mut column in columns.column_iter_mut() {
+        let step: DVector<f64> = place.factor.step(&jacobian.tr_mul(&column))?;
+        column += &jacobian * step;
+    }
+    Some(columns)
 }
 
 /// Repeated probings of one ball at the same rotary positions, from the same directions.

@@ -86,9 +86,7 @@ pub(super) fn seen(
         all.extend(more.into_iter().map(|g| {
             GivenUp {
                 number: numbers[g.number],
-                others: g
-                    .others
-                    .iter()
+                others: (g.others.iter())
                     .map(|(i, part)| (numbers[*i], *part))
                     .collect(),
                 unseen: g.unseen,
@@ -106,27 +104,7 @@ fn given_up(
     units: &[f64],
     spindle: ProbedSpindle,
 ) -> Vec<GivenUp> {
-    let mut rest = hidden.clone();
-    let mut chosen: Vec<usize> = Vec::new();
-    while rest.ncols() > 0 {
-        let part = |i: usize| rest.row(i).norm();
-        let is_parameter = |i: &usize| unknowns[*i].parameter().is_some();
-        let all = || (0..unknowns.len()).filter(|i| !chosen.contains(i));
-        let largest = all().filter(is_parameter).map(part).fold(0.0, f64::max);
-        // If no parameter is part of it, it is the setup.
-        let setup = largest < NOTHING;
-        let largest = if setup {
-            all().map(part).fold(0.0, f64::max)
-        } else {
-            largest
-        };
-        let candidates = all().filter(|i| (setup || is_parameter(i)) && part(*i) >= PART * largest);
-        let Some(next) = candidates.max_by_key(|i| (unknowns[*i].dispensable(), *i)) else {
-            break;
-        };
-        rest = without(&rest, next);
-        chosen.push(next);
-    }
+    let chosen = dispensable(unknowns, hidden);
     // The change of the others that compensates for each of them.
     let own = DMatrix::from_fn(chosen.len(), hidden.ncols(), |i, j| hidden[(chosen[i], j)]);
     let made_up = match own.try_inverse() {
@@ -154,6 +132,32 @@ fn given_up(
         }
     };
     (0..chosen.len()).map(of).collect()
+}
+
+/// The unknowns that are given up, by index.
+fn dispensable(unknowns: &[Unknown], hidden: &DMatrix<f64>) -> Vec<usize> {
+    let mut rest = hidden.clone();
+    let mut chosen: Vec<usize> = Vec::new();
+    while rest.ncols() > 0 {
+        let part = |i: usize| rest.row(i).norm();
+        let is_parameter = |i: &usize| unknowns[*i].parameter().is_some();
+        let all = || (0..unknowns.len()).filter(|i| !chosen.contains(i));
+        let largest = all().filter(is_parameter).map(part).fold(0.0, f64::max);
+        // If no parameter is part of it, it is the setup.
+        let setup = largest < NOTHING;
+        let largest = if setup {
+            all().map(part).fold(0.0, f64::max)
+        } else {
+            largest
+        };
+        let candidates = all().filter(|i| (setup || is_parameter(i)) && part(*i) >= PART * largest);
+        let Some(next) = candidates.max_by_key(|i| (unknowns[*i].dispensable(), *i)) else {
+            break;
+        };
+        rest = without(&rest, next);
+        chosen.push(next);
+    }
+    chosen
 }
 
 /// An orthonormal basis of the combinations of columns in which a row has no part.
@@ -192,30 +196,10 @@ impl Unseen {
     }
 
     fn reason(&self) -> Reason {
-        let is_backlash =
-            matches!(self.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
-        let names = |is_in: fn(&Unknown) -> bool| -> Vec<String> {
-            let all = self.with.iter().map(|(u, _)| u);
-            let mut names: Vec<String> = all.filter(|u| is_in(u)).map(Unknown::to_string).collect();
-            names.dedup();
-            names
-        };
-        let setup = names(|u| matches!(u, Unknown::Setup(..) | Unknown::Tool(..)));
-        let stylus = names(|u| matches!(u, Unknown::Stylus(_)));
-        let parameters = names(|u| u.parameter().is_some());
-        let is_scale = |u: &Unknown| match u {
-            Unknown::Parameter(p) => {
-                p.kind == ParameterKind::Degree(1)
-                    && "XYZUVW".find(p.axis).is_some_and(|i| i % 3 == p.component)
-            }
-            _ => false,
-        };
+        let parameters = self.names(|u| u.parameter().is_some());
         let scales = |(u, part): &&(Unknown, f64)| is_scale(u) && (part.abs() - 1.0).abs() < 0.05;
         let common = self.with.iter().filter(scales).count();
-        let from = |with: Vec<String>, remedy: &str| Reason {
-            says: Says::From(with.join(", ")),
-            remedy: remedy.to_owned(),
-        };
+        let from = |with: Vec<String>, remedy: &str| reason(Says::From(with.join(", ")), remedy);
         if is_scale(&self.unknown) && common == 2 {
             return Reason {
                 says: Says::Scale(parameters.join(", ")),
@@ -225,9 +209,11 @@ impl Unseen {
                 ),
             };
         }
+        let stylus = self.names(|u| matches!(u, Unknown::Stylus(_)));
         if !stylus.is_empty() {
             return from([stylus, parameters].concat(), self.stylus_remedy());
         }
+        let setup = self.names(|u| matches!(u, Unknown::Setup(..) | Unknown::Tool(..)));
         if !setup.is_empty() {
             return from(
                 [setup, parameters].concat(),
@@ -240,17 +226,21 @@ impl Unseen {
         if !self.with.is_empty() {
             return from(vec!["the balls' locations".to_owned()], "");
         }
-        let (says, remedy) = match is_backlash {
-            true => (
+        match self.unknown {
+            Unknown::Parameter(p) if p.kind == ParameterKind::Backlash => reason(
                 Says::NotKnown,
                 "no row says from which direction the axis came (a column such as A_dir)",
             ),
-            false => (Says::Idle, ""),
-        };
-        Reason {
-            says,
-            remedy: remedy.to_owned(),
+            _ => reason(Says::Idle, ""),
         }
+    }
+
+    /// Some of those that it cannot be distinguished from.
+    fn names(&self, is_in: fn(&Unknown) -> bool) -> Vec<String> {
+        let all = self.with.iter().map(|(unknown, _)| unknown);
+        let mut names: Vec<String> = all.filter(|u| is_in(u)).map(Unknown::to_string).collect();
+        names.dedup();
+        names
     }
 }
 
@@ -295,39 +285,62 @@ pub fn grouped(all: &[&Unseen]) -> Vec<(String, Vec<usize>)> {
             None => groups.push(vec![i]),
         }
     }
-    let sentence = |group: &Vec<usize>| {
-        let first = &reasons[group[0]];
-        let is_same = group.iter().all(|i| reasons[*i].says == first.says);
-        let name = |i: &usize| match &reasons[*i].says {
-            Says::From(with) if !is_same => {
-                let mut first: Vec<&str> = with.split(", ").collect();
-                if first.len() > NAMES {
-                    first.truncate(NAMES);
-                    first.push("…");
-                }
-                format!("{} ({})", all[*i].unknown, first.join(", "))
+    let said = groups.iter().map(|group| said(all, &reasons, group));
+    said.collect::<Vec<String>>()
+        .into_iter()
+        .zip(groups)
+        .collect()
+}
+
+/// What is said of the unknowns with one remedy.
+fn said(all: &[&Unseen], reasons: &[Reason], group: &[usize]) -> String {
+    let first = &reasons[group[0]];
+    let is_same = group.iter().all(|i| reasons[*i].says == first.says);
+    let name = |i: &usize| match &reasons[*i].says {
+        Says::From(with) if !is_same => {
+            let mut first: Vec<&str> = with.split(", ").collect();
+            if first.len() > NAMES {
+                first.truncate(NAMES);
+                first.push("…");
             }
-            _ => all[*i].unknown.to_string(),
-        };
-        let names: Vec<String> = group.iter().map(name).collect();
-        let (names, is_one) = (names.join(", "), group.len() == 1);
-        let says = match &first.says {
-            Says::From(with) if is_same => format!("{names} cannot be distinguished from {with}"),
-            Says::From(_) => {
-                format!("{names} cannot be distinguished from those in brackets")
-            }
-            Says::Scale(others) => format!("{names} and {others} differ by a common scale only"),
-            Says::NotKnown => format!("{names} {} not known", if is_one { "is" } else { "are" }),
-            Says::Idle => format!(
-                "{names} {} nothing at these positions",
-                if is_one { "does" } else { "do" }
-            ),
-        };
-        match first.remedy.is_empty() {
-            true => says,
-            false => format!("{says}: {}", first.remedy),
+            format!("{} ({})", all[*i].unknown, first.join(", "))
         }
+        _ => all[*i].unknown.to_string(),
     };
-    let said: Vec<String> = groups.iter().map(sentence).collect();
-    said.into_iter().zip(groups).collect()
+    let names: Vec<String> = group.iter().map(name).collect();
+    let (names, is_one) = (names.join(", "), group.len() == 1);
+    let says = match &first.says {
+        Says::From(with) if is_same => format!("{names} cannot be distinguished from {with}"),
+        Says::From(_) => {
+            format!("{names} cannot be distinguished from those in brackets")
+        }
+        Says::Scale(others) => format!("{names} and {others} differ by a common scale only"),
+        Says::NotKnown => format!("{names} {} not known", if is_one { "is" } else { "are" }),
+        Says::Idle => format!(
+            "{names} {} nothing at these positions",
+            if is_one { "does" } else { "do" }
+        ),
+    };
+    match first.remedy.is_empty() {
+        true => says,
+        false => format!("{says}: {}", first.remedy),
+    }
+}
+
+/// True for the scale of a linear axis.
+fn is_scale(unknown: &Unknown) -> bool {
+    match unknown {
+        Unknown::Parameter(p) => {
+            p.kind == ParameterKind::Degree(1)
+                && "XYZUVW".find(p.axis).is_some_and(|i| i % 3 == p.component)
+        }
+        _ => false,
+    }
+}
+
+fn reason(says: Says, remedy: &str) -> Reason {
+    Reason {
+        says,
+        remedy: remedy.to_owned(),
+    }
 }

@@ -32,10 +32,7 @@ fn rows(machine: &Machine, probings: &Probings, what: &str) -> Option<IsOut> {
         if axis == "S" {
             return Some(Box::new(move |row| near(row.spindle)));
         }
-        let i = machine
-            .axes
-            .iter()
-            .position(|a| a.letter.to_string() == axis)?;
+        let i = (machine.axes.iter()).position(|a| a.letter.to_string() == axis)?;
         return Some(Box::new(move |row| near(row.position[i])));
     }
     let (kind, name) = what.trim().split_once(char::is_whitespace)?;

@@ -1,6 +1,6 @@
 //! Displacements along one direction.
 
-use super::{Commanded, InitialSample, Instrument, Seen, Setting, SettingPart, SetupPriors};
+use super::{Commanded, FRAME, InitialSample, Instrument, Seen, Setting, SettingPart, SetupPriors};
 use nalgebra::{Matrix3, Vector3};
 
 /// Reads n·(p − place) − n₀·(p₀ − place₀): how much farther the tool point p has gone along n than commanded. n₀ is
@@ -15,14 +15,7 @@ fn direction(commanded: &Commanded, setting: &Setting) -> Vector3<f64> {
 
 impl Instrument for Displacement {
     fn parts(&self) -> &'static [SettingPart] {
-        &[
-            SettingPart::Place(0),
-            SettingPart::Place(1),
-            SettingPart::Place(2),
-            SettingPart::Turn(0),
-            SettingPart::Turn(1),
-            SettingPart::Turn(2),
-        ]
+        &FRAME
     }
 
     fn reads(&self, commanded: &Commanded, setting: &Setting, seen: &Seen) -> Vector3<f64> {

@@ -1,6 +1,7 @@
 //! Distances from a point of the workpiece.
 
 use super::{Commanded, InitialSample, Instrument, Seen, Setting, SettingPart, SetupPriors};
+use crate::extremes::extremes;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// Reads |p − place| − length: from its centre on the workpiece to the tool point p, less a dead length.
@@ -61,14 +62,12 @@ impl Instrument for LengthReading {
             return setting;
         }
         let count = samples.len() as f64;
-        let mean = samples
-            .iter()
+        let mean = (samples.iter())
             .map(|s| s.commanded.point)
             .sum::<Vector3<f64>>()
             / count;
         let lengths: Vec<f64> = samples.iter().map(|s| s.read.x + setting.length).collect();
-        let low = lengths.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = lengths.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let [low, high] = extremes(lengths.iter().copied());
         let is_shown = given.length_sigma.is_none() && high - low > VARIES * high.abs();
         let mut matrix = DMatrix::zeros(samples.len(), 5);
         let mut right = DVector::zeros(samples.len());

@@ -1,6 +1,6 @@
 //! Points in the frame of an instrument.
 
-use super::{Commanded, InitialSample, Instrument, Seen, Setting, SettingPart, SetupPriors};
+use super::{Commanded, FRAME, InitialSample, Instrument, Seen, Setting, SettingPart, SetupPriors};
 use nalgebra::{Matrix3, Vector3};
 
 /// Reads turnᵀ·(p − place): the tool point p in a frame at `place` with the orientation `turn`.
@@ -11,14 +11,7 @@ const SPREAD: f64 = 1.0;
 
 impl Instrument for Point {
     fn parts(&self) -> &'static [SettingPart] {
-        &[
-            SettingPart::Place(0),
-            SettingPart::Place(1),
-            SettingPart::Place(2),
-            SettingPart::Turn(0),
-            SettingPart::Turn(1),
-            SettingPart::Turn(2),
-        ]
+        &FRAME
     }
 
     fn reads(&self, _: &Commanded, setting: &Setting, seen: &Seen) -> Vector3<f64> {

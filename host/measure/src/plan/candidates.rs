@@ -116,10 +116,6 @@ impl Allowed {
     /// # Errors
     /// [`AllowedError`]: an axis that is not rotary, invalid numbers, positions outside the travel.
     pub fn restrict(&mut self, machine: &Machine, text: &str) -> Result<(), AllowedError> {
-        let bad = |reason: String| AllowedError {
-            reason,
-            remedy: REMEDY,
-        };
         let mut named = Vec::new();
         for part in text.split(',').map(str::trim) {
             let (name, range) = (part.split_once('='))
@@ -128,18 +124,7 @@ impl Allowed {
                 return Err(bad(format!("{name} is listed twice")));
             }
             named.push(name);
-            let numbers: Option<Vec<f64>> = (range.split(':'))
-                .map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite()))
-                .collect();
-            let positions = match numbers.as_deref() {
-                Some([one]) => vec![*one],
-                Some([from, to, step])
-                    if to >= from && *step > 0.0 && (to - from) / step < MOST as f64 =>
-                {
-                    steps(*from, *to, *step)
-                }
-                _ => return Err(bad(format!("`{part}` are no positions"))),
-            };
+            let positions = listed(part, range)?;
             if name == "S" {
                 self.spindle = positions;
                 continue;
@@ -165,6 +150,40 @@ impl Allowed {
         }
         Ok(())
     }
+}
+
+fn bad(reason: String) -> AllowedError {
+    AllowedError {
+        reason,
+        remedy: REMEDY,
+    }
+}
+
+/// The positions of a part such as `A=-60:60:15`, given what comes after `=`.
+fn listed(part: &str, range: &str) -> Result<Vec<f64>, AllowedError> {
+    let numbers: Option<Vec<f64>> = (range.split(':'))
+        .map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite()))
+        .collect();
+    match numbers.as_deref() {
+        Some([one]) => Ok(vec![*one]),
+        Some([from, to, step]) if to >= from && *step > 0.0 && (to - from) / step < MOST as f64 => {
+            Ok(steps(*from, *to, *step))
+        }
+        _ => Err(bad(format!("`{part}` are no positions"))),
+    }
+}
+
+/// Each row with each of the values.
+fn varied(rows: Vec<Probing>, values: &[f64], set: impl Fn(&mut Probing, f64)) -> Vec<Probing> {
+    let mut all = Vec::with_capacity(rows.len() * values.len());
+    for row in &rows {
+        for value in values {
+            let mut row = row.clone();
+            set(&mut row, *value);
+            all.push(row);
+        }
+    }
+    all
 }
 
 fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
@@ -198,54 +217,30 @@ impl<'a> Setup<'a> {
             sigma: Some(self.sigma),
             ..Probing::default()
         }];
-        let with = |rows: Vec<Probing>, values: &[f64], set: fn(&mut Probing, usize, f64), i| {
-            let each = |row: Probing| {
-                values.iter().map(move |value| {
-                    let mut row = row.clone();
-                    set(&mut row, i, *value);
-                    row
-                })
-            };
-            rows.into_iter().flat_map(each).collect::<Vec<Probing>>()
-        };
         for (i, positions) in allowed.axes.iter().enumerate() {
             if !positions.is_empty() {
-                rows = with(rows, positions, |row, i, v| row.position[i] = v, i);
+                rows = varied(rows, positions, |row, v| row.position[i] = v);
             }
         }
         let numbers: Vec<f64> = (0..self.balls.len()).map(|b| b as f64).collect();
-        rows = with(rows, &numbers, |row, _, v| row.ball = v as usize, 0);
+        rows = varied(rows, &numbers, |row, v| row.ball = v as usize);
         let reached: Vec<Result<Probing, Box<(Probing, Unreachable)>>> =
-            parallel::map(&rows, |row| match self.touching(row) {
-                Ok(touching) => Ok(self.at(row.clone(), &touching)),
-                Err(reason) => Err(Box::new((row.clone(), reason))),
+            parallel::map(&rows, |row| {
+                (self.touched(row)).map_err(|reason| Box::new((row.clone(), reason)))
             });
-        let first = reached
-            .iter()
-            .find_map(|r| r.as_ref().err().map(|why| (**why).clone()));
+        let failed = reached.iter().find_map(|r| r.as_ref().err());
+        let first = failed.map(|why| (**why).clone());
         let mut rows: Vec<Probing> = reached.into_iter().filter_map(Result::ok).collect();
-        rows = with(rows, &allowed.spindle, |row, _, v| row.spindle = v, 0);
+        rows = varied(rows, &allowed.spindle, |row, v| row.spindle = v);
         if allowed.spindle.iter().any(|s| *s != 0.0) {
             // A stylus that is off centre moves with the spindle.
-            rows.retain_mut(|row| match self.touching(row) {
-                Ok(touching) => {
-                    *row = self.at(row.clone(), &touching);
-                    true
-                }
-                Err(_) => false,
-            });
+            let touched = rows.iter().filter_map(|row| self.touched(row).ok());
+            rows = touched.collect();
         }
         for (i, directions) in allowed.directions.iter().enumerate() {
-            rows = with(rows, directions, |row, i, v| row.direction[i] = v, i);
+            rows = varied(rows, directions, |row, v| row.direction[i] = v);
         }
-        let is_without = |row: &Probing| {
-            allowed.without.iter().any(|(ball, other)| {
-                *ball == self.balls[row.ball]
-                    && row.spindle == other.spindle
-                    && row.position == other.position
-            })
-        };
-        rows.retain(|row| self.has_run_up(row) && !is_without(row));
+        rows.retain(|row| self.has_run_up(row) && !self.is_left_out(row, allowed));
         let mut random = Pcg64Mcg::seed_from_u64(1);
         if rows.len() > MANY {
             rows.shuffle(&mut random);
@@ -253,6 +248,20 @@ impl<'a> Setup<'a> {
         }
         let balls = self.balls.clone();
         (Probings { balls, rows }, first)
+    }
+
+    fn is_left_out(&self, row: &Probing, allowed: &Allowed) -> bool {
+        allowed.without.iter().any(|(ball, other)| {
+            *ball == self.balls[row.ball]
+                && row.spindle == other.spindle
+                && row.position == other.position
+        })
+    }
+
+    /// A row at the centre of its ball.
+    fn touched(&self, row: &Probing) -> Result<Probing, Unreachable> {
+        let touching = self.touching(row)?;
+        Ok(self.at(row.clone(), &touching))
     }
 
     /// A row with its linear axes at the ball.

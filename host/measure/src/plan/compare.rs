@@ -79,34 +79,13 @@ pub fn as_good_as(
 ) -> Result<AsGood, DesignError> {
     let allowed = setup.clear_of_collisions(allowed);
     let choice = DesignCandidates::new(setup, &allowed, parameters, assumed)?;
-    let seen = &choice.foreseen.parameters;
-    let wanted = other
-        .foreseen
-        .parameters
-        .iter()
-        .zip(other.foreseen.uncertainties());
-    let mut goals: Vec<(usize, f64)> = Vec::new();
-    for (parameter, uncertainty) in wanted {
-        match seen.iter().position(|p| p == parameter) {
-            Some(place) if criterion == Criterion::Parameters => goals.push((place, uncertainty)),
-            Some(_) => {}
-            None => {
-                return Ok(AsGood {
-                    plan: None,
-                    is_whole: true,
-                });
-            }
-        }
-    }
-    let [tip, direction] = choice.band.mean_squares();
-    let mut search = FewerRowsSearch {
-        weights: vec![1.0; goals.len() + 2],
-        volume: [
-            root(&tip) / other.tip.root_mean_square,
-            root(&direction) / other.direction.root_mean_square,
-        ],
-        goals,
+    let Some(goals) = goals(&choice.foreseen.parameters, other, criterion) else {
+        return Ok(AsGood {
+            plan: None,
+            is_whole: true,
+        });
     };
+    let mut search = FewerRowsSearch::new(&choice, other, goals);
     let most = other.plan.rows.len();
     let judged = |exchange: &RowExchange| {
         let chosen = exchange.chosen();
@@ -119,32 +98,27 @@ pub fn as_good_as(
         (all && Ratios::of(&judgement, other).is_no_worse(criterion)).then_some(plan)
     };
     let mut exchange = choice.exchange(&search.effect()).limited_to(MOST_WORK);
-    let mut count = (most - repeats(most)).min(choice.candidates.rows.len());
+    let count = (most - repeats(most)).min(choice.candidates.rows.len());
     exchange.choose(count, Measure::Effect);
-    let mut best: Option<(Probings, RowExchange, FewerRowsSearch, usize)> = None;
-    let mut step = (count / STEPS).max(1);
-    loop {
-        match search.settle(&choice, &mut exchange, &judged) {
-            Some(plan) => best = Some((plan, exchange.clone(), search.clone(), count)),
-            None if best.is_none() || step == 1 || exchange.is_done() => break,
-            None => step /= 2,
-        }
-        if let Some((_, last, weights, number)) = &best {
-            exchange.back_to(last);
-            (search, count) = (weights.clone(), *number);
-        }
-        if count < choice.least() + step {
-            break;
-        }
-        for _ in 0..step {
-            exchange.shrink(Measure::Effect);
-        }
-        count -= step;
-    }
+    let plan = search.fewest(count, &choice, &mut exchange, &judged);
     Ok(AsGood {
-        plan: best.map(|(plan, ..)| plan),
+        plan,
         is_whole: !exchange.is_done(),
     })
+}
+
+/// The place of each parameter whose uncertainty counts among those `seen`, and its goal. `None` if one is not seen.
+fn goals(seen: &[Parameter], other: &Judgement, criterion: Criterion) -> Option<Vec<(usize, f64)>> {
+    let wanted = &other.foreseen;
+    let places =
+        (wanted.parameters.iter()).map(|parameter| seen.iter().position(|p| p == parameter));
+    let goals: Option<Vec<(usize, f64)>> = (places.zip(wanted.uncertainties()))
+        .map(|(place, uncertainty)| Some((place?, uncertainty)))
+        .collect();
+    match criterion {
+        Criterion::Parameters => goals,
+        Criterion::Volume => goals.map(|_| Vec::new()),
+    }
 }
 
 /// Limit of the search: 9 seconds on one core at 3 GHz. The document's largest model needs 0.8e9.
@@ -171,6 +145,49 @@ struct FewerRowsSearch {
 }
 
 impl FewerRowsSearch {
+    fn new(choice: &DesignCandidates, other: &Judgement, goals: Vec<(usize, f64)>) -> Self {
+        let [tip, direction] = choice.band.mean_squares();
+        Self {
+            weights: vec![1.0; goals.len() + 2],
+            volume: [
+                root(&tip) / other.tip.root_mean_square,
+                root(&direction) / other.direction.root_mean_square,
+            ],
+            goals,
+        }
+    }
+
+    /// The plan with the fewest probings: fewer by a step that is halved where it goes too far.
+    fn fewest(
+        &mut self,
+        mut count: usize,
+        choice: &DesignCandidates,
+        exchange: &mut RowExchange,
+        judged: &impl Fn(&RowExchange) -> Option<Probings>,
+    ) -> Option<Probings> {
+        let mut best: Option<(Probings, RowExchange, Self, usize)> = None;
+        let mut step = (count / STEPS).max(1);
+        loop {
+            match self.settle(choice, exchange, judged) {
+                Some(plan) => best = Some((plan, exchange.clone(), self.clone(), count)),
+                None if best.is_none() || step == 1 || exchange.is_done() => break,
+                None => step /= 2,
+            }
+            if let Some((_, last, weights, number)) = &best {
+                exchange.back_to(last);
+                (*self, count) = (weights.clone(), *number);
+            }
+            if count < choice.least() + step {
+                break;
+            }
+            for _ in 0..step {
+                exchange.shrink(Measure::Effect);
+            }
+            count -= step;
+        }
+        best.map(|(plan, ..)| plan)
+    }
+
     /// The weighted quantities, relative to their goals.
     fn effect(&self) -> DMatrix<f64> {
         let [tip, direction] = &self.volume;

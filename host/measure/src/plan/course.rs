@@ -63,6 +63,13 @@ impl<'a> Course<'a> {
         })
     }
 
+    /// Makes several steps.
+    pub fn follow(&mut self, steps: &[ProbingStep]) {
+        for step in steps {
+            self.go(step);
+        }
+    }
+
     fn position(&self) -> Option<PerAxis> {
         let mut position = PerAxis::default();
         for (position, at) in position.iter_mut().zip(&self.at) {
@@ -75,8 +82,7 @@ impl<'a> Course<'a> {
     pub fn is_clear(&self, steps: &[ProbingStep], ball: &str) -> bool {
         let mut course = self.clone();
         let moves = |step| course.go(step);
-        !steps
-            .iter()
+        !(steps.iter())
             .filter_map(moves)
             .any(|one| one.meeting(ball).is_some())
     }

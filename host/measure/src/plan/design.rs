@@ -7,7 +7,7 @@ use super::exchange::{Measure, RowExchange};
 use super::judge::band;
 use super::order::{ordered, repeated};
 use super::touches::Unreachable;
-use crate::formats::probings::{Probing, Probings};
+use crate::formats::probings::{Probing, Probings, ball_index};
 use crate::identify::{Foreseen, IdentifyError, Unknown};
 use nalgebra::DMatrix;
 use trueaxis_model::errors::{ErrorModel, Parameter};
@@ -171,12 +171,7 @@ impl DesignCandidates {
 fn numbered(names: &[String], rows: Vec<Probing>) -> Probings {
     let mut plan = Probings::default();
     for (i, row) in rows.into_iter().enumerate() {
-        let name = &names[row.ball];
-        let known = plan.balls.iter().position(|b| b == name);
-        let ball = known.unwrap_or_else(|| {
-            plan.balls.push(name.clone());
-            plan.balls.len() - 1
-        });
+        let ball = ball_index(&mut plan.balls, &names[row.ball]);
         plan.rows.push(Probing {
             ball,
             line: i + 2,

@@ -4,6 +4,7 @@ use super::band::{Band, UncertaintySpread};
 use super::candidates::Setup;
 use super::remedy::{Remedy, foreseen, remedies};
 use super::touches::Unreachable;
+use crate::extremes::extremes;
 use crate::formats::probings::{Probing, Probings};
 use crate::identify::{Foreseen, IdentifyError};
 use crate::simulate::{Disturbances, SimulateError, probings};
@@ -133,8 +134,7 @@ pub(super) fn band(
     let probed = axes.map(|i| {
         let positions = probings.rows.iter().map(|row| row.position[i]);
         let positions = positions.chain(observed.iter().map(|row| row.position[i]));
-        let low = positions.clone().fold(f64::INFINITY, f64::min);
-        [low, positions.fold(f64::NEG_INFINITY, f64::max)]
+        extremes(positions)
     });
     let probed: Vec<[f64; 2]> = probed.collect();
     Band::new(setup.machine, assumed, parameters, &probed, POSITIONS)

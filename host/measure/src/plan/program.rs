@@ -127,9 +127,8 @@ pub fn table(setup: &Setup<'_>, plan: &Probings) -> Result<String, NotTouched> {
             cells.extend(rotary.iter().map(|(i, _)| row.position[*i].to_string()));
             cells.push(row.spindle.to_string());
             for position in [&touching.centre, &touch.begin, &touch.end] {
-                let numbers = linear
-                    .iter()
-                    .map(|(i, _)| format!("{:.4}", unsigned(position[*i])));
+                let numbers =
+                    (linear.iter()).map(|(i, _)| format!("{:.4}", unsigned(position[*i])));
                 cells.extend(numbers);
             }
             text += &(cells.join(",") + "\n");

@@ -159,14 +159,9 @@ const TURN: f64 = 360.0;
 /// # Errors
 /// [`SetError`].
 pub fn positions(setup: &Setup<'_>, set: Set) -> Result<SetPositions, SetError> {
-    let machine = setup.machine;
-    let [tilts, turns] = rotary(machine, set)?;
-    let (listed, [listed_tilts, listed_turns]) = set.listed().map_err(SetError::Listed)?;
-    let extent = |axis: usize| {
-        let all = listed.rows.iter().map(|row| row.position[axis]);
-        all.fold([0.0_f64; 2], |[low, high], p| [low.min(p), high.max(p)])
-    };
-    let [tilt_extent, turn_extent] = [listed_tilts, listed_turns].map(extent);
+    let own = rotary(setup.machine, set)?;
+    let (listed, listed_axes) = set.listed().map_err(SetError::Listed)?;
+    let axes = ListedAxes::new(own, listed_axes, &listed);
     let mut found = SetPositions {
         plan: Probings {
             balls: setup.balls.clone(),
@@ -175,28 +170,7 @@ pub fn positions(setup: &Setup<'_>, set: Set) -> Result<SetPositions, SetError> 
         left_out: Vec::new(),
     };
     for (ball, row) in of_balls(setup, set, &listed)? {
-        let mut position = [0.0; MAX_AXES];
-        let mut direction = [0.0; MAX_AXES];
-        position[tilts] = scaled(
-            row.position[listed_tilts],
-            tilt_extent,
-            machine.axes[tilts].travel,
-        );
-        position[turns] = turned(row.position[listed_turns], turn_extent, machine, turns);
-        direction[tilts] = row.direction[listed_tilts];
-        direction[turns] = row.direction[listed_turns];
-        let mut row = Probing {
-            ball,
-            position,
-            direction,
-            spindle: row.spindle,
-            ..row.clone()
-        };
-        for i in [tilts, turns] {
-            if !setup.can_come(&row, i) {
-                row.direction[i] = 0.0;
-            }
-        }
+        let mut row = axes.taken(setup, ball, &row);
         match setup.touching(&row) {
             Err(reason) => found
                 .left_out
@@ -221,6 +195,54 @@ pub fn positions(setup: &Setup<'_>, set: Set) -> Result<SetPositions, SetError> 
     Ok(only_used(found))
 }
 
+/// The tilting axis, then the turning axis: in the machine and in a list, and from where to where they go in the list.
+struct ListedAxes {
+    own: [usize; 2],
+    listed: [usize; 2],
+    extents: [[f64; 2]; 2],
+}
+
+impl ListedAxes {
+    fn new(own: [usize; 2], listed: [usize; 2], list: &Probings) -> Self {
+        let extent = |axis: usize| {
+            let all = list.rows.iter().map(|row| row.position[axis]);
+            all.fold([0.0_f64; 2], |[low, high], p| [low.min(p), high.max(p)])
+        };
+        Self {
+            own,
+            listed,
+            extents: listed.map(extent),
+        }
+    }
+
+    /// A row of the list as the machine takes it.
+    fn taken(&self, setup: &Setup<'_>, ball: usize, row: &Probing) -> Probing {
+        let machine = setup.machine;
+        let ([tilts, turns], [tilt_extent, turn_extent]) = (self.own, self.extents);
+        let [tilt, turn] = self.listed.map(|axis| row.position[axis]);
+        let mut position = [0.0; MAX_AXES];
+        let mut direction = [0.0; MAX_AXES];
+        position[tilts] = scaled(tilt, tilt_extent, machine.axes[tilts].travel);
+        position[turns] = turned(turn, turn_extent, machine, turns);
+        for (own, listed) in self.own.into_iter().zip(self.listed) {
+            direction[own] = row.direction[listed];
+        }
+        let mut row = Probing {
+            ball,
+            position,
+            direction,
+            spindle: row.spindle,
+            ..row.clone()
+        };
+        for i in [tilts, turns] {
+            if !setup.can_come(&row, i) {
+                row.direction[i] = 0.0;
+            }
+        }
+        row
+    }
+}
+
 fn is_same(a: &Probing, b: &Probing) -> bool {
     (a.ball, a.spindle) == (b.ball, b.spindle)
         && a.position == b.position
@@ -231,11 +253,7 @@ fn is_same(a: &Probing, b: &Probing) -> bool {
 fn only_used(mut found: SetPositions) -> SetPositions {
     let mut balls: Vec<String> = Vec::new();
     for row in &mut found.plan.rows {
-        let name = &found.plan.balls[row.ball];
-        row.ball = balls.iter().position(|b| b == name).unwrap_or_else(|| {
-            balls.push(name.clone());
-            balls.len() - 1
-        });
+        row.ball = probings::ball_index(&mut balls, &found.plan.balls[row.ball]);
     }
     found.plan.balls = balls;
     found
@@ -311,18 +329,7 @@ fn of_balls(
             .flat_map(|ball| first().map(move |row| (ball, row.clone())))
             .collect()),
         Set::Samba => {
-            let index = |name: &String| setup.balls.iter().position(|b| b == name);
-            let bar = setup.artefact.bars.iter().find_map(|bar| {
-                let [one, other] = &bar.balls;
-                Some([index(one)?, index(other)?])
-            });
-            let bar = bar.ok_or(SetError::NoBar)?;
-            let masters: Vec<usize> = (0..setup.balls.len())
-                .filter(|b| !bar.contains(b))
-                .collect();
-            if masters.is_empty() {
-                return Err(SetError::NoMasterBall);
-            }
+            let (bar, masters) = samba_balls(setup)?;
             // In the list, the balls of the bar are 1 and 2.
             let ball = |row: &Probing| -> Option<usize> {
                 let number: usize = listed.balls[row.ball].parse().ok()?;
@@ -337,6 +344,23 @@ fn of_balls(
                 .collect())
         }
     }
+}
+
+/// The balls of the bar, and the others.
+fn samba_balls(setup: &Setup<'_>) -> Result<([usize; 2], Vec<usize>), SetError> {
+    let index = |name: &String| setup.balls.iter().position(|b| b == name);
+    let bar = setup.artefact.bars.iter().find_map(|bar| {
+        let [one, other] = &bar.balls;
+        Some([index(one)?, index(other)?])
+    });
+    let bar = bar.ok_or(SetError::NoBar)?;
+    let masters: Vec<usize> = (0..setup.balls.len())
+        .filter(|b| !bar.contains(b))
+        .collect();
+    if masters.is_empty() {
+        return Err(SetError::NoMasterBall);
+    }
+    Ok((bar, masters))
 }
 
 #[cfg(test)]

@@ -49,19 +49,14 @@ pub(super) fn target(
 pub fn steps(setup: &Setup<'_>, plan: &Probings) -> Result<Vec<ProbingStep>, NotTouched> {
     let machine = setup.machine;
     let touchings = touchings(setup, plan)?;
-    let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
-    let is_linear = |i: usize| !is_rotary(i);
-    let has_rotary = (0..machine.axes.len()).any(is_rotary);
+    let is_linear = |i: usize| !machine.axes[i].letter.is_rotary();
     let indexes = plan.rows.iter().any(|r| r.spindle != 0.0);
     let linear = |position: &PerAxis| target(machine, position, is_linear);
     let mut steps = Vec::new();
     let mut course = Course::new(setup);
-    let mut last: Option<PerAxis> = None;
-    let mut came = PerAxis::default();
-    let mut turned = None;
+    let (mut last, mut came, mut turned) = (None, PerAxis::default(), None);
     for (number, (row, touching)) in plan.rows.iter().zip(&touchings).enumerate() {
         let Touching { away, above, .. } = touching;
-        let ball = &plan.balls[row.ball];
         let begin = steps.len();
         steps.push(ProbingStep::Row(number));
         if last.is_none() {
@@ -69,63 +64,80 @@ pub fn steps(setup: &Setup<'_>, plan: &Probings) -> Result<Vec<ProbingStep>, Not
             let up = |i: usize| is_linear(i) && (away[i] - above[i]).abs() > 1e-6;
             steps.push(ProbingStep::Rapid(target(machine, away, up)));
         }
-        let needs = |i: usize| {
-            let stays = last.is_some_and(|last| (last[i] - away[i]).abs() < 1e-6);
-            let comes = match last {
-                Some(last) if !stays => (away[i] - last[i]).signum(),
-                _ => came[i],
-            };
-            is_rotary(i) && row.direction[i] != 0.0 && comes != row.direction[i]
-        };
-        let mut turn = Vec::new();
-        if (0..machine.axes.len()).any(needs) {
-            let first: PerAxis = std::array::from_fn(|i| away[i] - row.direction[i] * RUN_UP);
-            turn.push(ProbingStep::Rapid(target(machine, &first, needs)));
-        }
-        if has_rotary {
-            turn.push(ProbingStep::Rapid(target(machine, away, is_rotary)));
-        }
+        let mut turn = turns(machine, row, away, last.as_ref(), &came);
         for i in (0..machine.axes.len()).filter(|i| row.direction[*i] != 0.0) {
             came[i] = row.direction[i];
         }
         let spindle = row.spindle.rem_euclid(360.0);
-        if indexes && turned != Some(spindle) {
+        if indexes && turned.replace(spindle) != Some(spindle) {
             turn.push(ProbingStep::Orient(spindle));
-            turned = Some(spindle);
         }
-        for step in &steps[begin..] {
-            course.go(step);
-        }
+        course.follow(&steps[begin..]);
         let begin = steps.len();
         let mut ways = ways(machine, &turn, away);
+        let ball = &plan.balls[row.ball];
         let way = ways.iter().position(|way| course.is_clear(way, ball));
         // If there is none, `collision` finds what meets on the usual one.
         steps.append(&mut ways.swap_remove(way.unwrap_or(0)));
-        steps.push(ProbingStep::Near(linear(above)));
-        for (number, touch) in touching.touches.iter().enumerate() {
-            let [over, begin, end] = [&touch.over, &touch.begin, &touch.end].map(linear);
-            if number > 0 {
-                steps.push(ProbingStep::Near(over.clone()));
-                steps.push(ProbingStep::Near(begin.clone()));
-            }
-            steps.push(ProbingStep::Touch {
-                number,
-                begin: begin.clone(),
-                end,
-            });
-            steps.push(ProbingStep::Near(begin));
-            if number > 0 {
-                steps.push(ProbingStep::Near(over));
-            }
-        }
-        steps.push(ProbingStep::Near(linear(above)));
+        steps.extend(touch_moves(touching, linear));
         steps.push(ProbingStep::Rapid(linear(away)));
         last = Some(*away);
-        for step in &steps[begin..] {
-            course.go(step);
-        }
+        course.follow(&steps[begin..]);
     }
     Ok(steps)
+}
+
+/// The turns of rotary axes to a row, each from the direction that the row asks for. Axes were moved last in the directions
+/// `came`.
+fn turns(
+    machine: &Machine,
+    row: &Probing,
+    away: &PerAxis,
+    last: Option<&PerAxis>,
+    came: &PerAxis,
+) -> Vec<ProbingStep> {
+    let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
+    let needs = |i: usize| {
+        let stays = last.is_some_and(|last| (last[i] - away[i]).abs() < 1e-6);
+        let comes = match last {
+            Some(last) if !stays => (away[i] - last[i]).signum(),
+            _ => came[i],
+        };
+        is_rotary(i) && row.direction[i] != 0.0 && comes != row.direction[i]
+    };
+    let mut turn = Vec::new();
+    if (0..machine.axes.len()).any(needs) {
+        let first: PerAxis = std::array::from_fn(|i| away[i] - row.direction[i] * RUN_UP);
+        turn.push(ProbingStep::Rapid(target(machine, &first, needs)));
+    }
+    if (0..machine.axes.len()).any(is_rotary) {
+        turn.push(ProbingStep::Rapid(target(machine, away, is_rotary)));
+    }
+    turn
+}
+
+/// Down to the ball, each touch, for those beside the ball with the way there and back, and up again.
+fn touch_moves(touching: &Touching, linear: impl Fn(&PerAxis) -> AxisTargets) -> Vec<ProbingStep> {
+    let above = ProbingStep::Near(linear(&touching.above));
+    let mut steps = vec![above.clone()];
+    for (number, touch) in touching.touches.iter().enumerate() {
+        let [over, begin, end] = [&touch.over, &touch.begin, &touch.end].map(&linear);
+        if number > 0 {
+            steps.push(ProbingStep::Near(over.clone()));
+            steps.push(ProbingStep::Near(begin.clone()));
+        }
+        steps.push(ProbingStep::Touch {
+            number,
+            begin: begin.clone(),
+            end,
+        });
+        steps.push(ProbingStep::Near(begin));
+        if number > 0 {
+            steps.push(ProbingStep::Near(over));
+        }
+    }
+    steps.push(above);
+    steps
 }
 
 /// Ways from where the last row ended to where the stylus is far from the next ball, the usual one first: turn, then move;
@@ -142,8 +154,7 @@ fn ways(machine: &Machine, turn: &[ProbingStep], away: &PerAxis) -> Vec<Vec<Prob
             ProbingStep::Rapid(target) => {
                 let mut target = target.clone();
                 order(&mut target);
-                target
-                    .into_iter()
+                (target.into_iter())
                     .map(|one| ProbingStep::Rapid(vec![one]))
                     .collect()
             }

@@ -156,56 +156,8 @@ impl Task<'_> {
         let machine = self.setup.machine;
         let directions = self.directions()?;
         let parameters = self.model.parameters(machine, self.degree, &directions)?;
-        let judged = |plan: &Probings, is_other: bool| {
-            judge(self.setup, &parameters, plan, self.assumed).map_err(|error| {
-                PlanError::Strategy {
-                    error,
-                    is_other,
-                    has_balls: !self.setup.balls.is_empty(),
-                }
-            })
-        };
         let mut notes = Vec::new();
-        let mut other = None;
-        let judgement = match self.rows {
-            PlannedRows::Given(plan) => judged(plan, false)?,
-            PlannedRows::Best {
-                indexings,
-                probings,
-                criterion,
-            } => {
-                let allowed = self.allowed(&parameters, &directions, indexings, &mut notes)?;
-                let wanted = |rank: usize| WantedDesign {
-                    probings: probings.unwrap_or(rank),
-                    criterion,
-                };
-                let plan = design(self.setup, &allowed, &parameters, self.assumed, wanted)?;
-                judged(&plan, false)?
-            }
-            PlannedRows::AsGoodAs {
-                indexings,
-                other: plan,
-                criterion,
-            } => {
-                let judged_other = judged(plan, true)?;
-                let allowed = self.allowed(&parameters, &directions, indexings, &mut notes)?;
-                let (setup, assumed) = (self.setup, self.assumed);
-                let found = as_good_as(
-                    setup,
-                    &allowed,
-                    &parameters,
-                    assumed,
-                    &judged_other,
-                    criterion,
-                )?;
-                if !found.is_whole {
-                    notes.push("the search was ended: fewer probings may do".to_owned());
-                }
-                let probings = judged_other.plan.rows.len();
-                other = Some(judged_other);
-                judged(&found.plan.ok_or(PlanError::NotAsGood { probings })?, false)?
-            }
-        };
+        let (judgement, other) = self.judgement(&parameters, &directions, &mut notes)?;
         notes.extend(turned(machine, &judgement.plan));
         let missing = self.missing(&parameters, &judgement.plan)?;
         Ok(Planned {
@@ -214,6 +166,61 @@ impl Task<'_> {
             other,
             missing,
             notes,
+        })
+    }
+
+    /// The judgement of the plan, and that of the one that it has to be as good as.
+    fn judgement(
+        &self,
+        parameters: &[Parameter],
+        directions: &[bool],
+        notes: &mut Vec<String>,
+    ) -> Result<(Judgement, Option<Judgement>), PlanError> {
+        match self.rows {
+            PlannedRows::Given(plan) => Ok((self.judged(parameters, plan, false)?, None)),
+            PlannedRows::Best {
+                indexings,
+                probings,
+                criterion,
+            } => {
+                let allowed = self.allowed(parameters, directions, indexings, notes)?;
+                let wanted = |rank: usize| WantedDesign {
+                    probings: probings.unwrap_or(rank),
+                    criterion,
+                };
+                let plan = design(self.setup, &allowed, parameters, self.assumed, wanted)?;
+                Ok((self.judged(parameters, &plan, false)?, None))
+            }
+            PlannedRows::AsGoodAs {
+                indexings,
+                other: plan,
+                criterion,
+            } => {
+                let other = self.judged(parameters, plan, true)?;
+                let allowed = self.allowed(parameters, directions, indexings, notes)?;
+                let (setup, assumed) = (self.setup, self.assumed);
+                let found = as_good_as(setup, &allowed, parameters, assumed, &other, criterion)?;
+                if !found.is_whole {
+                    notes.push("the search was ended: fewer probings may do".to_owned());
+                }
+                let probings = other.plan.rows.len();
+                let plan = found.plan.ok_or(PlanError::NotAsGood { probings })?;
+                Ok((self.judged(parameters, &plan, false)?, Some(other)))
+            }
+        }
+    }
+
+    fn judged(
+        &self,
+        parameters: &[Parameter],
+        plan: &Probings,
+        is_other: bool,
+    ) -> Result<Judgement, PlanError> {
+        let judgement = judge(self.setup, parameters, plan, self.assumed);
+        judgement.map_err(|error| PlanError::Strategy {
+            error,
+            is_other,
+            has_balls: !self.setup.balls.is_empty(),
         })
     }
 

@@ -95,12 +95,10 @@ impl Probe {
         };
         let pole = [[0.0, std::f64::consts::FRAC_PI_2]];
         match self.around {
-            0 => pole
-                .into_iter()
+            0 => (pole.into_iter())
                 .chain(ring(PER_BALL - 1, LATITUDE))
                 .collect(),
-            around => pole
-                .into_iter()
+            around => (pole.into_iter())
                 .chain(ring(around, LOW))
                 .chain(ring(around.div_ceil(2), HIGH))
                 .collect(),

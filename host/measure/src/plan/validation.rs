@@ -2,7 +2,8 @@
 
 use super::candidates::{Allowed, Setup};
 use super::collision::obstructed;
-use crate::formats::probings::Probings;
+use crate::extremes::extremes;
+use crate::formats::probings::{Probing, Probings};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -23,18 +24,11 @@ pub fn validation(setup: &Setup<'_>, plan: &Probings, count: usize, seed: u64) -
     let mut allowed = Allowed::of(machine, &none);
     for (i, axis) in machine.axes.iter().enumerate() {
         if axis.letter.is_rotary() {
-            let at = || plan.rows.iter().map(|row| row.position[i]);
-            let (low, high) = (
-                at().fold(f64::INFINITY, f64::min),
-                at().fold(f64::NEG_INFINITY, f64::max),
-            );
-            // Tenths of a degree; nothing was planned beyond these ends, where fixtures may stand.
-            let mut drawn = || {
-                let part: f64 = random.random();
-                ((low + part * (high - low)) * 10.0).trunc() / 10.0
-            };
+            let [low, high] = extremes(plan.rows.iter().map(|row| row.position[i]));
             allowed.axes[i] = match low < high {
-                true => (0..POSITIONS).map(|_| drawn()).collect(),
+                true => (0..POSITIONS)
+                    .map(|_| drawn(&mut random, [low, high]))
+                    .collect(),
                 false => vec![low],
             };
         }
@@ -51,14 +45,17 @@ pub fn validation(setup: &Setup<'_>, plan: &Probings, count: usize, seed: u64) -
             taken.push(rows.remove(row));
         }
     }
-    taken.sort_by(|a, b| {
-        a.position
-            .partial_cmp(&b.position)
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
+    let order = |a: &Probing, b: &Probing| a.position.partial_cmp(&b.position);
+    taken.sort_by(|a, b| order(a, b).unwrap_or(std::cmp::Ordering::Equal));
     found.rows = taken;
     while let Some(row) = obstructed(setup, &found) {
         found.rows.remove(row);
     }
     found
+}
+
+/// In tenths of a degree; nothing was planned beyond these ends, where fixtures may stand.
+fn drawn(random: &mut Pcg64Mcg, [low, high]: [f64; 2]) -> f64 {
+    let part: f64 = random.random();
+    ((low + part * (high - low)) * 10.0).trunc() / 10.0
 }

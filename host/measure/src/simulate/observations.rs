@@ -1,6 +1,7 @@
 //! Simulated observations of any kind.
 
 use super::{drifted, normal};
+use crate::extremes::extremes;
 use crate::formats::observations::Observations;
 use crate::instrument::{InitialSample, Kind, turned};
 use nalgebra::Vector3;
@@ -52,8 +53,8 @@ pub fn observations(
         })
         .collect();
     let times = plan.rows.iter().filter_map(|row| row.time);
-    let first = times.clone().fold(f64::INFINITY, f64::min);
-    let span = times.fold(f64::NEG_INFINITY, f64::max) - first;
+    let [first, last] = extremes(times);
+    let span = last - first;
     let last = (plan.rows.len().max(2) - 1) as f64;
     let mut measured = plan.clone();
     for (number, (row, commanded)) in measured.rows.iter_mut().zip(&commanded).enumerate() {

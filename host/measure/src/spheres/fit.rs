@@ -113,8 +113,7 @@ pub(crate) fn start(touches: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
         return None;
     }
     let mean = touches.iter().sum::<Vector3<f64>>() / touches.len() as f64;
-    let size = touches
-        .iter()
+    let size = (touches.iter())
         .map(|p| (p - mean).norm())
         .fold(0.0, f64::max);
     let points: Vec<Vector3<f64>> = touches.iter().map(|p| (p - mean) / size).collect();
@@ -178,8 +177,7 @@ impl SphereEquations {
 
     /// The leverage of each touch on the centre.
     fn followed(&self) -> Vec<f64> {
-        self.out
-            .iter()
+        (self.out.iter())
             .map(|u| u.dot(&(self.inverse * u)))
             .collect()
     }

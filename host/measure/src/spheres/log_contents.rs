@@ -5,7 +5,7 @@ use super::log::Touched;
 use super::planned::{belongs, named};
 use super::resumed::whole_rows;
 use crate::formats::probe::Spherical;
-use crate::formats::probings::Probings;
+use crate::formats::probings::{Probing, Probings};
 use crate::plan::PER_BALL;
 use crate::simulate::reach;
 use crate::simulate::turned;
@@ -54,101 +54,145 @@ pub fn to_probings(
         Ok(()) => (plan.clone(), log.to_vec(), Vec::new()),
         Err(error) => whole_rows(machine, plan, log).ok_or(error)?,
     };
-    let (plan, log) = (&plan, &touches[..]);
-    let kinematics = Kinematics::new(machine, errors);
-    let mut spheres = Vec::new();
-    for (row, touches) in plan.rows.iter().zip(log.chunks(PER_BALL)) {
-        let tip = turned(machine.tool_axis, row.spindle) * Vector3::from(machine.tip);
-        let point = |touched: &Touched| {
-            let q = machine.to_kinematic(&touched.position);
-            let situation = Situation {
-                sign: row.direction,
-                ..Situation::default()
-            };
-            kinematics.sensitivity(&q, &situation, &tip).point
-        };
-        spheres.push(Centre {
-            ball: row.ball,
-            touches: touches.iter().map(point).collect(),
-        });
-    }
-    together(plan, log, &spheres)?;
-    let no_sphere = |probing: usize| {
-        let (row, touches) = (&plan.rows[probing], &log[PER_BALL * probing..]);
-        FileError::at(
-            touches[0].span.start..touches[PER_BALL - 1].span.end,
-            format!(
-                "the five touches of {} are no part of a sphere",
-                named(machine, plan, row)
-            ),
-            "these",
-            "a touch is missing above, or the radius is another, or this is the log of another plan; else probe this ball again, at the pole and around it",
-        )
+    let rows = TouchedRows {
+        machine,
+        kinematics: Kinematics::new(machine, errors),
+        plan: &plan,
+        log: &touches,
     };
+    let mut spheres = rows.spheres();
+    together(&plan, &touches, &spheres)?;
     let fitted = |spheres: &[Centre]| {
-        fit(spheres, plan.balls.len(), radius).map_err(|e| no_sphere(e.probing))
+        fit(spheres, plan.balls.len(), radius).map_err(|e| rows.no_sphere(e.probing))
     };
     let mut found = fitted(&spheres)?;
     if *lobing != Spherical::default() {
+        rows.take_off(lobing, &found.centres, &mut spheres);
+        found = fitted(&spheres)?;
+    }
+    let off = |left: &Vec<f64>| left.iter().any(|left| left.abs() > OFF);
+    if let Some(probing) = found.left.iter().position(off) {
+        return Err(rows.no_sphere(probing));
+    }
+    rows.have_stayed(&found.centres, &missing)?;
+    Ok(LogContents {
+        probings: rows.probings(&found.centres)?,
+        touches,
+        missing,
+        fitted: found,
+    })
+}
+
+/// The rows of a plan, with their touches.
+struct TouchedRows<'a> {
+    machine: &'a Machine,
+    kinematics: Kinematics<'a>,
+    plan: &'a Probings,
+    /// [`PER_BALL`] of each row.
+    log: &'a [Touched],
+}
+
+impl TouchedRows<'_> {
+    fn each(&self) -> impl Iterator<Item = (&Probing, &[Touched])> {
+        self.plan.rows.iter().zip(self.log.chunks(PER_BALL))
+    }
+
+    /// The tip (mm, spindle frame), turned by the spindle.
+    fn tip(&self, row: &Probing) -> Vector3<f64> {
+        turned(self.machine.tool_axis, row.spindle) * Vector3::from(self.machine.tip)
+    }
+
+    /// Where the tip was at each touch, in the workpiece frame.
+    fn spheres(&self) -> Vec<Centre> {
+        let sphere = |(row, touches): (&Probing, &[Touched])| {
+            let tip = self.tip(row);
+            let point = |touched: &Touched| {
+                let q = self.machine.to_kinematic(&touched.position);
+                let situation = Situation {
+                    sign: row.direction,
+                    ..Situation::default()
+                };
+                self.kinematics.sensitivity(&q, &situation, &tip).point
+            };
+            Centre {
+                ball: row.ball,
+                touches: touches.iter().map(point).collect(),
+            }
+        };
+        self.each().map(sphere).collect()
+    }
+
+    /// Takes the lobes of the tip off the touches.
+    fn take_off(&self, lobing: &Spherical, centres: &[Vector3<f64>], spheres: &mut [Centre]) {
         // Directions are right within what the lobes have moved the centres by, in radii: a thousandth.
-        let rows = plan.rows.iter().zip(log.chunks(PER_BALL));
-        for ((row, log), (sphere, centre)) in rows.zip(spheres.iter_mut().zip(&found.centres)) {
+        let machine = self.machine;
+        for ((row, log), (sphere, centre)) in self.each().zip(spheres.iter_mut().zip(centres)) {
             let turn = turned(machine.tool_axis, row.spindle);
             let tip = Vector3::from(machine.tip);
             for (touched, point) in log.iter().zip(&mut sphere.touches) {
-                let pose = kinematics.nominal(&machine.to_kinematic(&touched.position), None);
+                let pose =
+                    (self.kinematics).nominal(&machine.to_kinematic(&touched.position), None);
                 let out = (*point - centre).normalize();
                 let own = (pose.r * turn).transpose() * out;
                 let [around, height] = Spherical::direction(machine, &tip, &own);
                 *point -= out * lobing.deviation(around, height);
             }
         }
-        found = fitted(&spheres)?;
     }
-    let fitted = found;
-    let off = |left: &Vec<f64>| left.iter().any(|left| left.abs() > OFF);
-    if let Some(probing) = fitted.left.iter().position(off) {
-        return Err(no_sphere(probing));
+
+    fn no_sphere(&self, probing: usize) -> FileError {
+        let (row, touches) = (&self.plan.rows[probing], &self.log[PER_BALL * probing..]);
+        FileError::at(
+            touches[0].span.start..touches[PER_BALL - 1].span.end,
+            format!(
+                "the five touches of {} are no part of a sphere",
+                named(self.machine, self.plan, row)
+            ),
+            "these",
+            "a touch is missing above, or the radius is another, or this is the log of another plan; else probe this ball again, at the pole and around it",
+        )
     }
-    for (number, row) in plan.rows.iter().enumerate() {
-        let same = plan.rows.iter().position(|r| r.ball == row.ball);
-        let first = same.unwrap_or(number);
-        if !missing.is_empty()
-            && (fitted.centres[number] - fitted.centres[first]).norm() > ELSEWHERE
-        {
-            return Err(FileError::at(
-                log[PER_BALL * number].span.clone(),
-                format!(
-                    "{} is elsewhere than in line {} of the plan, and touches are missing: {}",
-                    named(machine, plan, row),
-                    plan.rows[first].line,
-                    missing.join(", ")
-                ),
-                "here",
-                "give the plan from which the program was written",
-            ));
+
+    /// If touches are missing, checks that each ball stays where it is first.
+    fn have_stayed(&self, centres: &[Vector3<f64>], missing: &[String]) -> Result<(), FileError> {
+        let plan = self.plan;
+        for (number, row) in plan.rows.iter().enumerate() {
+            let same = plan.rows.iter().position(|r| r.ball == row.ball);
+            let first = same.unwrap_or(number);
+            if !missing.is_empty() && (centres[number] - centres[first]).norm() > ELSEWHERE {
+                return Err(FileError::here(
+                    self.log[PER_BALL * number].span.clone(),
+                    format!(
+                        "{} is elsewhere than in line {} of the plan, and touches are missing: {}",
+                        named(self.machine, plan, row),
+                        plan.rows[first].line,
+                        missing.join(", ")
+                    ),
+                    "give the plan from which the program was written",
+                ));
+            }
         }
+        Ok(())
     }
-    let mut probings = plan.clone();
-    for (number, row) in probings.rows.iter_mut().enumerate() {
-        let touches = &log[PER_BALL * number..][..PER_BALL];
-        let mean = |of: &dyn Fn(&Touched) -> Option<f64>| -> Option<f64> {
-            let sum: Option<f64> = touches.iter().map(of).sum();
-            sum.map(|sum| sum / PER_BALL as f64)
-        };
-        row.position = std::array::from_fn(|i| mean(&|t| Some(t.position[i])).unwrap_or(0.0));
-        row.time = mean(&|t| t.time).or(row.time);
-        row.temperature = mean(&|t| t.temperature).or(row.temperature);
-        let tip = turned(machine.tool_axis, row.spindle) * Vector3::from(machine.tip);
-        let q = reach(&kinematics, row, &tip, &fitted.centres[number]);
-        row.position = machine.to_command(&q.ok_or_else(|| no_sphere(number))?);
+
+    /// The plan, with each row at the position that brings the tip to the centre.
+    fn probings(&self, centres: &[Vector3<f64>]) -> Result<Probings, FileError> {
+        let mut probings = self.plan.clone();
+        for (number, row) in probings.rows.iter_mut().enumerate() {
+            let touches = &self.log[PER_BALL * number..][..PER_BALL];
+            let mean = |of: &dyn Fn(&Touched) -> Option<f64>| -> Option<f64> {
+                let sum: Option<f64> = touches.iter().map(of).sum();
+                sum.map(|sum| sum / PER_BALL as f64)
+            };
+            row.position = std::array::from_fn(|i| mean(&|t| Some(t.position[i])).unwrap_or(0.0));
+            row.time = mean(&|t| t.time).or(row.time);
+            row.temperature = mean(&|t| t.temperature).or(row.temperature);
+            let q = reach(&self.kinematics, row, &self.tip(row), &centres[number]);
+            let q = q.ok_or_else(|| self.no_sphere(number))?;
+            row.position = self.machine.to_command(&q);
+        }
+        Ok(probings)
     }
-    Ok(LogContents {
-        probings,
-        touches,
-        missing,
-        fitted,
-    })
 }
 
 /// Checks that the touches of one ball are about as far apart as those of others. If one is missing, a ball gets
@@ -156,9 +200,7 @@ pub fn to_probings(
 fn together(plan: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<(), FileError> {
     let widest = |sphere: &Centre| {
         let points = &sphere.touches;
-        let pairs = points
-            .iter()
-            .flat_map(|a| points.iter().map(move |b| (a - b).norm()));
+        let pairs = (points.iter()).flat_map(|a| points.iter().map(move |b| (a - b).norm()));
         pairs.fold(0.0, f64::max)
     };
     let widths: Vec<f64> = spheres.iter().map(widest).collect();
@@ -168,9 +210,7 @@ fn together(plan: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<(), 
             continue;
         }
         let far = |i: &usize| -> f64 {
-            sphere
-                .touches
-                .iter()
+            (sphere.touches.iter())
                 .map(|p| (p - sphere.touches[*i]).norm())
                 .sum()
         };

@@ -47,42 +47,7 @@ pub(super) fn belongs(
         let Some(axis) = elsewhere(machine, row, touched) else {
             continue;
         };
-        let letter = machine.axes[axis].letter;
-        let (column, span) = touched.cells[axis].clone();
-        let touch = number % PER_BALL;
-        let next = plan.rows.get(number / PER_BALL + 1);
-        let last = (number / PER_BALL).checked_sub(1).map(|i| &plan.rows[i]);
-        let is_at = |row: Option<&Probing>| {
-            row.is_some_and(|row| elsewhere(machine, row, touched).is_none())
-        };
-        let (message, remedy) = if touch > 0 && is_at(next) {
-            (
-                format!(
-                    "only {touch} of {PER_BALL} touches are there of {}",
-                    named(machine, plan, row)
-                ),
-                "probe again with the program of this plan; or leave this row out of log and plan",
-            )
-        } else if touch == 0 && is_at(last) {
-            (
-                format!(
-                    "a sixth touch, where {} should begin",
-                    named(machine, plan, row)
-                ),
-                "remove the duplicate touch",
-            )
-        } else {
-            (
-                format!(
-                    "column {column}: {letter} = {}, where it should be touch {} of {}",
-                    touched.position[axis],
-                    touch + 1,
-                    named(machine, plan, row)
-                ),
-                "this is the log of another plan, or touches are missing above: give the plan from which the program was written",
-            )
-        };
-        return Err(FileError::at(span, message, "here", remedy));
+        return Err(misplaced(machine, plan, log, number, axis));
     }
     let (rows, touches) = (log.len() / PER_BALL, log.len() % PER_BALL);
     match (plan.rows.get(rows), log.last()) {
@@ -98,6 +63,45 @@ pub(super) fn belongs(
         )),
         _ => Ok(()),
     }
+}
+
+/// A touch with this axis not where its row has it.
+fn misplaced(
+    machine: &Machine,
+    plan: &Probings,
+    log: &[Touched],
+    number: usize,
+    axis: usize,
+) -> FileError {
+    let (touched, touch) = (&log[number], number % PER_BALL);
+    let (column, span) = touched.cells[axis].clone();
+    let row = named(machine, plan, &plan.rows[number / PER_BALL]);
+    let next = plan.rows.get(number / PER_BALL + 1);
+    let last = (number / PER_BALL).checked_sub(1).map(|i| &plan.rows[i]);
+    let is_at =
+        |row: Option<&Probing>| row.is_some_and(|row| elsewhere(machine, row, touched).is_none());
+    let (message, remedy) = if touch > 0 && is_at(next) {
+        (
+            format!("only {touch} of {PER_BALL} touches are there of {row}"),
+            "probe again with the program of this plan; or leave this row out of log and plan",
+        )
+    } else if touch == 0 && is_at(last) {
+        (
+            format!("a sixth touch, where {row} should begin"),
+            "remove the duplicate touch",
+        )
+    } else {
+        (
+            format!(
+                "column {column}: {} = {}, where it should be touch {} of {row}",
+                machine.axes[axis].letter,
+                touched.position[axis],
+                touch + 1
+            ),
+            "this is the log of another plan, or touches are missing above: give the plan from which the program was written",
+        )
+    };
+    FileError::here(span, message, remedy)
 }
 
 /// A rotary axis that is not where a row has it.

@@ -2,7 +2,7 @@
 
 use super::log::Touched;
 use super::planned::{elsewhere, named};
-use crate::formats::probings::{Probing, Probings};
+use crate::formats::probings::{Probing, Probings, ball_index};
 use crate::plan::PER_BALL;
 use std::ops::Range;
 use trueaxis_model::machine::Machine;
@@ -27,8 +27,10 @@ pub(super) fn whole_rows(
             .all(|i| !machine.axes[i].letter.is_rotary() || a.position[i] == b.position[i])
     };
     let groups = runs(plan.rows.len(), |a, b| same(&plan.rows[a], &plan.rows[b]));
-    let mut found: Vec<Option<&[Touched]>> = vec![None; plan.rows.len()];
-    let mut count = vec![0; plan.rows.len()];
+    let mut logged = LoggedRows {
+        touches: vec![None; plan.rows.len()],
+        count: vec![0; plan.rows.len()],
+    };
     let mut next = 0;
     let mut begun = 0;
     let mut at = 0;
@@ -42,54 +44,70 @@ pub(super) fn whole_rows(
             return None;
         }
         let rows = groups[number].clone();
-        let stay = log[at..]
-            .iter()
-            .take_while(|t| is_at(&plan.rows[rows.start], t));
+        let stay = (log[at..].iter()).take_while(|t| is_at(&plan.rows[rows.start], t));
         let touches = &log[at..at + stay.count()];
         at += touches.len();
-        let wanted = rows.len() * PER_BALL;
-        if rows.len() == 1 {
-            count[rows.start] = touches.len().min(PER_BALL);
-            if let Some(begin) = touches.len().checked_sub(PER_BALL) {
-                found[rows.start] = Some(&touches[begin..]);
-            }
-        } else {
-            // Which of several balls lacks a touch is only known at the end of the log.
-            let is_told = touches.len() == wanted || (at == log.len() && touches.len() < wanted);
-            for (row, place) in rows.clone().zip(0..) {
-                let own = touches.get(place * PER_BALL..(place + 1) * PER_BALL);
-                if is_told && own.is_some() {
-                    found[row] = own;
-                }
-                let there = touches.len().saturating_sub(place * PER_BALL).min(PER_BALL);
-                count[row] = if is_told { there } else { 0 };
-            }
-        }
+        logged.add(rows, touches, at == log.len());
         next = number + 1;
     }
-    let mut kept = Probings::default();
-    let (mut touches, mut missing) = (Vec::new(), Vec::new());
-    for ((row, found), count) in plan.rows.iter().zip(found).zip(count) {
-        let Some(own) = found else {
-            missing.push(format!(
-                "{count} of {PER_BALL} touches of {}",
-                named(machine, plan, row)
-            ));
-            continue;
-        };
-        touches.extend_from_slice(own);
-        let name = &plan.balls[row.ball];
-        let known = kept.balls.iter().position(|b| b == name);
-        let ball = known.unwrap_or_else(|| {
-            kept.balls.push(name.clone());
-            kept.balls.len() - 1
-        });
-        kept.rows.push(Probing {
-            ball,
-            ..row.clone()
-        });
+    logged.kept(machine, plan)
+}
+
+/// What a log has of each row of a plan.
+struct LoggedRows<'a> {
+    /// All touches of a row that has all.
+    touches: Vec<Option<&'a [Touched]>>,
+    count: Vec<usize>,
+}
+
+impl<'a> LoggedRows<'a> {
+    /// Adds the touches at the rotary positions of some rows; `is_last` at the end of the log.
+    fn add(&mut self, rows: Range<usize>, touches: &'a [Touched], is_last: bool) {
+        let wanted = rows.len() * PER_BALL;
+        if rows.len() == 1 {
+            self.count[rows.start] = touches.len().min(PER_BALL);
+            if let Some(begin) = touches.len().checked_sub(PER_BALL) {
+                self.touches[rows.start] = Some(&touches[begin..]);
+            }
+            return;
+        }
+        // Which of several balls lacks a touch is only known at the end of the log.
+        let is_told = touches.len() == wanted || (is_last && touches.len() < wanted);
+        for (row, place) in rows.zip(0..) {
+            let own = touches.get(place * PER_BALL..(place + 1) * PER_BALL);
+            if is_told && own.is_some() {
+                self.touches[row] = own;
+            }
+            let there = touches.len().saturating_sub(place * PER_BALL).min(PER_BALL);
+            self.count[row] = if is_told { there } else { 0 };
+        }
     }
-    (!kept.rows.is_empty()).then_some((kept, touches, missing))
+
+    /// The complete rows as a plan, their touches, and the other rows as text.
+    fn kept(
+        self,
+        machine: &Machine,
+        plan: &Probings,
+    ) -> Option<(Probings, Vec<Touched>, Vec<String>)> {
+        let mut kept = Probings::default();
+        let (mut touches, mut missing) = (Vec::new(), Vec::new());
+        for ((row, found), count) in plan.rows.iter().zip(self.touches).zip(self.count) {
+            let Some(own) = found else {
+                missing.push(format!(
+                    "{count} of {PER_BALL} touches of {}",
+                    named(machine, plan, row)
+                ));
+                continue;
+            };
+            touches.extend_from_slice(own);
+            let ball = ball_index(&mut kept.balls, &plan.balls[row.ball]);
+            kept.rows.push(Probing {
+                ball,
+                ..row.clone()
+            });
+        }
+        (!kept.rows.is_empty()).then_some((kept, touches, missing))
+    }
 }
 
 /// Ranges of consecutive equal elements.

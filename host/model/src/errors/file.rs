@@ -218,20 +218,23 @@ impl ErrorModel {
             let parameter = known(name, machine)?;
             let v = *value.get_ref();
             if !v.is_finite() || v < 0.0 {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     value.span(),
                     format!("the standard uncertainty of {parameter} is negative or not a number"),
-                    "here",
                     "write a value of 0 or more, in the parameter's unit",
                 ));
             }
             self.standard_uncertainty.insert(parameter, v);
         }
+        self.read_unseen(file, machine)
+    }
+
+    fn read_unseen(&mut self, file: &ErrorsFile, machine: &Machine) -> Result<(), FileError> {
         for (name, effect) in &file.unseen {
             let parameter = known(name, machine)?;
             let um = *effect.get_ref();
             let bad = |message: String, remedy: &str| {
-                Err(FileError::at(effect.span(), message, "here", remedy))
+                Err(FileError::here(effect.span(), message, remedy))
             };
             if !um.is_finite() || um < 0.0 {
                 return bad(
@@ -249,6 +252,21 @@ impl ErrorModel {
         }
         Ok(())
     }
+}
+
+/// The text of a CSV file that is named in the error file.
+fn beside(
+    name: &Spanned<String>,
+    read: &dyn Fn(&str) -> Result<String, String>,
+) -> Result<String, FileError> {
+    read(name.get_ref()).map_err(|cause| {
+        FileError::at(
+            name.span(),
+            cause,
+            "this file",
+            "give the path of a CSV file, as seen from the folder of the error file",
+        )
+    })
 }
 
 /// Parses the name of a parameter that the machine can have.
@@ -348,10 +366,9 @@ fn unit(component: usize) -> &'static str {
 
 fn unphysical(span: Range<usize>, name: &str, component: usize) -> FileError {
     let (limit, unit) = (limit(component), unit(component));
-    FileError::at(
+    FileError::here(
         span,
         format!("{name} cannot be physical: not a finite number, or over {limit} {unit}"),
-        "here",
         format!("{MM_AND_RAD}; coefficients are per mm or rad to their degree"),
     )
 }
@@ -406,6 +423,15 @@ impl PartKind<'_> {
 }
 
 impl ErrorModel {
+    /// The position itself, or the end of the known range where a motion holds its value beyond it.
+    fn at_known(&self, index: usize, component: usize, q: f64) -> f64 {
+        let [low, high] = self.calibrated[index];
+        match self.motions[index][component].holds() {
+            true => q.max(low).min(high),
+            false => q,
+        }
+    }
+
     /// The parts of one error motion.
     fn parts(
         &self,

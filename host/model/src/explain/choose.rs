@@ -78,12 +78,10 @@ fn constant<'o>(
                 others.map(move |moved| (aligned, moved))
             });
             let wanted = pairs.filter(|(aligned, _)| with.is_none_or(|with| with == *aligned));
-            largest(wanted.map(|(aligned, moved)| {
-                bench.square(aligned, moved, bench.span(moved, bench.travel(moved)))
-            }))
+            let squares = wanted.map(|(a, b)| bench.square(a, b, bench.span(b, bench.travel(b))));
+            largest(squares)
         })
     };
-    let balls = || bench.rotary().map(ball);
     let mut offers: Vec<Offer<'o>> = Vec::new();
     if rotary == Some(true) {
         offers.push(ball(index));
@@ -97,7 +95,7 @@ fn constant<'o>(
         }
         offers.push(Box::new(|| largest(bench.tram())));
     }
-    offers.extend(balls());
+    offers.extend(bench.rotary().map(ball));
     offers
 }
 
@@ -186,15 +184,13 @@ fn turning(bench: &Bench<'_>, alone: &SingleEntry<'_>, index: usize) -> Option<I
     let (from, mut places) = places(bench, alone, index);
     // Among positions with equal errors, the nearest.
     places.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(b.total_cmp(a)));
-    let readings = places
-        .iter()
-        .flat_map(|place| match alone.parameter.is_angular() {
-            true => {
-                let to = from.with(index, *place);
-                bench.angle(Some(index), from, to)
-            }
-            false => bench.ball(index, [from.q[index], *place], None),
-        });
+    let readings = (places.iter()).flat_map(|place| match alone.parameter.is_angular() {
+        true => {
+            let to = from.with(index, *place);
+            bench.angle(Some(index), from, to)
+        }
+        false => bench.ball(index, [from.q[index], *place], None),
+    });
     largest(readings)
 }
 
@@ -222,14 +218,8 @@ fn reversal(bench: &Bench<'_>, alone: &SingleEntry<'_>, index: usize) -> Option<
 fn anywhere(bench: &Bench<'_>, alone: &SingleEntry<'_>) -> Option<InstrumentReading> {
     let home = BenchState::at(bench.home());
     let states = super::nothing::positions(bench.machine, alone);
-    let tip = largest(
-        states
-            .iter()
-            .flat_map(|to| bench.probe(home, BenchState::at(*to))),
-    );
-    let turned = states
-        .iter()
-        .flat_map(|to| bench.angle(None, home, BenchState::at(*to)));
+    let tip = largest((states.iter()).flat_map(|to| bench.probe(home, BenchState::at(*to))));
+    let turned = (states.iter()).flat_map(|to| bench.angle(None, home, BenchState::at(*to)));
     let turned = largest(turned);
     match tip {
         Some(tip) if turned.is_none_or(|turned| tip.size() > NOTHING * turned.size()) => Some(tip),

@@ -83,8 +83,7 @@ fn together(poses: &[(Htm, Htm)]) -> Htm {
     let mean =
         |of: fn(&(Htm, Htm)) -> Vector3<f64>| poses.iter().map(of).sum::<Vector3<f64>>() / count;
     let (nominal, actual) = (mean(|p| p.0.t), mean(|p| p.1.t));
-    let covariance: Matrix3<f64> = poses
-        .iter()
+    let covariance: Matrix3<f64> = (poses.iter())
         .map(|(n, a)| (a.t - actual) * (n.t - nominal).transpose())
         .sum();
     let svd = covariance.svd(true, true);
@@ -137,8 +136,7 @@ pub fn meant(alone: &SingleEntry<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
         if !this.turns(pair) {
             return None;
         }
-        let same = candidates
-            .iter()
+        let same = (candidates.iter())
             .filter(|(_, small)| small.turns(pair) && small.squareness(pair) > 0.5);
         let parameters: Vec<Parameter> = same.map(|(parameter, _)| *parameter).collect();
         (!parameters.is_empty()).then_some((pair, parameters))

@@ -249,10 +249,9 @@ impl<'t> CsvTable<'t> {
 
     fn split(&self, line: &CsvLine<'t>) -> Result<CsvRow<'t>, FileError> {
         if self.has_heading && line.text.trim_start().starts_with('#') {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 line.span(),
                 "there is a line with # below the header",
-                "here",
                 "move it to the top: the lines with # come first",
             ));
         }

@@ -26,13 +26,11 @@ pub fn read(text: &str) -> Result<MeasuredMotion, FileError> {
     let table = CsvTable::open(text, 0, REMEDY, REMEDY)?;
     let is_number = |text: &str| text.parse::<f64>().is_ok();
     let header = &table.header.cells;
+    // A single cell is a title.
+    let named = Some(header.len()).filter(|count| *count > 1);
     let (start, named) = match header.iter().any(|cell| is_number(cell.text)) {
         true => (0, None),
-        // A single cell is a title.
-        false => (
-            table.header.span.end,
-            Some(header.len()).filter(|count| *count > 1),
-        ),
+        false => (table.header.span.end, named),
     };
     let mut found = MeasuredMotion::default();
     for row in CsvTable::without_header(text, start, &[], REMEDY) {
@@ -40,11 +38,11 @@ pub fn read(text: &str) -> Result<MeasuredMotion, FileError> {
         let columns = row.cells.len();
         if !(2..=3).contains(&columns) {
             let message = format!("the row has {columns} columns, not two or three");
-            return Err(FileError::at(row.span, message, "here", REMEDY));
+            return Err(FileError::here(row.span, message, REMEDY));
         }
         if let Some(named) = named.filter(|named| *named != columns) {
             let message = format!("the row has {columns} columns, the header {named}");
-            return Err(FileError::at(row.span, message, "here", REMEDY));
+            return Err(FileError::here(row.span, message, REMEDY));
         }
         let at = row.increasing(
             0,

@@ -184,10 +184,9 @@ impl MachineFile {
         if (1e-3..=10.0).contains(&ms) {
             return Ok(ms * 1e-3);
         }
-        Err(FileError::at(
+        Err(FileError::here(
             period.span(),
             format!("a servo period of {ms} ms is not between 0.001 and 10 ms"),
-            "here",
             "write the period of the controller's servo loop in ms",
         ))
     }
@@ -221,10 +220,9 @@ impl MachineFile {
     fn name(&self) -> Result<String, FileError> {
         let name = self.name.get_ref();
         if name.is_empty() || name.len() > 64 {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 self.name.span(),
                 "the machine's name is empty or longer than 64 bytes",
-                "here",
                 "give a short name: error files and blobs refer to it",
             ));
         }
@@ -263,10 +261,9 @@ impl ToolEntry {
         };
         let [low, high] = finite(range)?;
         if low < 0.0 || low >= high {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 range.span(),
                 "the range of the tool length is empty or negative",
-                "here",
                 "write [shortest, longest] in mm, measured along the tool axis from the spindle frame",
             ));
         }
@@ -310,23 +307,73 @@ fn is_letter(name: &str) -> bool {
     letters.next().and_then(Letter::new).is_some() && letters.next().is_none()
 }
 
-fn read_axis(entry: &MachineAxisEntry) -> Result<Axis, FileError> {
-    let name = entry.name.get_ref();
+fn letter(name: &Spanned<String>) -> Result<Letter, FileError> {
+    let span = name.span();
+    let name = name.get_ref();
     let mut letters = name.chars();
-    let letter = match (letters.next().and_then(Letter::new), letters.next()) {
-        (Some(letter), None) => letter,
-        _ => {
-            return Err(FileError::at(
-                entry.name.span(),
-                format!("`{name}` is not an axis letter"),
-                "unknown axis",
-                match right_case(name, is_letter) {
-                    Some(right) => format!("write \"{right}\": axes have capital letters"),
-                    None => "write one of X Y Z U V W (linear) or A B C (rotary)".to_owned(),
-                },
-            ));
-        }
+    match (letters.next().and_then(Letter::new), letters.next()) {
+        (Some(letter), None) => Ok(letter),
+        _ => Err(FileError::at(
+            span,
+            format!("`{name}` is not an axis letter"),
+            "unknown axis",
+            match right_case(name, is_letter) {
+                Some(right) => format!("write \"{right}\": axes have capital letters"),
+                None => "write one of X Y Z U V W (linear) or A B C (rotary)".to_owned(),
+            },
+        )),
+    }
+}
+
+fn travel(range: &Spanned<Exactly<2>>, letter: Letter) -> Result<[f64; 2], FileError> {
+    let travel = finite(range)?;
+    if travel[0] >= travel[1] {
+        return Err(FileError::at(
+            range.span(),
+            format!("the travel of axis {letter} is empty"),
+            "lower limit not below upper limit",
+            "write range = [lower, upper] in mm or degrees",
+        ));
+    }
+    if travel.iter().any(|t| t.abs() > 1e5) {
+        return Err(FileError::at(
+            range.span(),
+            format!("the travel of axis {letter} exceeds 100 m or 100000 degrees"),
+            "too large",
+            "travels are in mm and degrees",
+        ));
+    }
+    Ok(travel)
+}
+
+fn is_modulo(
+    entry: &MachineAxisEntry,
+    letter: Letter,
+    travel: [f64; 2],
+) -> Result<bool, FileError> {
+    let Some(flag) = entry.modulo.as_ref().filter(|flag| *flag.get_ref()) else {
+        return Ok(false);
     };
+    if !letter.is_rotary() {
+        return Err(FileError::here(
+            flag.span(),
+            format!("axis {letter} is linear and cannot be modulo"),
+            "remove modulo, or set it to false",
+        ));
+    }
+    if (travel[1] - travel[0] - 360.0).abs() > 1e-9 {
+        return Err(FileError::at(
+            entry.range.span(),
+            format!("axis {letter} is modulo, but its range is not one turn"),
+            "not 360 degrees",
+            "write range = [0.0, 360.0] or [-180.0, 180.0]",
+        ));
+    }
+    Ok(true)
+}
+
+fn read_axis(entry: &MachineAxisEntry) -> Result<Axis, FileError> {
+    let letter = letter(&entry.name)?;
     let branch = match entry.branch.get_ref().as_str() {
         "workpiece" => Branch::Workpiece,
         "tool" => Branch::Tool,
@@ -339,45 +386,8 @@ fn read_axis(entry: &MachineAxisEntry) -> Result<Axis, FileError> {
             ));
         }
     };
-    let travel = finite(&entry.range)?;
-    if travel[0] >= travel[1] {
-        return Err(FileError::at(
-            entry.range.span(),
-            format!("the travel of axis {letter} is empty"),
-            "lower limit not below upper limit",
-            "write range = [lower, upper] in mm or degrees",
-        ));
-    }
-    if travel.iter().any(|t| t.abs() > 1e5) {
-        return Err(FileError::at(
-            entry.range.span(),
-            format!("the travel of axis {letter} exceeds 100 m or 100000 degrees"),
-            "too large",
-            "travels are in mm and degrees",
-        ));
-    }
-    let modulo = match &entry.modulo {
-        Some(flag) if *flag.get_ref() => {
-            if !letter.is_rotary() {
-                return Err(FileError::at(
-                    flag.span(),
-                    format!("axis {letter} is linear and cannot be modulo"),
-                    "here",
-                    "remove modulo, or set it to false",
-                ));
-            }
-            if (travel[1] - travel[0] - 360.0).abs() > 1e-9 {
-                return Err(FileError::at(
-                    entry.range.span(),
-                    format!("axis {letter} is modulo, but its range is not one turn"),
-                    "not 360 degrees",
-                    "write range = [0.0, 360.0] or [-180.0, 180.0]",
-                ));
-            }
-            true
-        }
-        _ => false,
-    };
+    let travel = travel(&entry.range, letter)?;
+    let modulo = is_modulo(entry, letter, travel)?;
     let default = Axis::new(letter, branch, travel);
     Ok(Axis {
         frame: frame(&entry.origin_mm, &entry.orientation_deg)?,
@@ -404,10 +414,9 @@ fn positive(value: &Option<Spanned<f64>>, default: f64) -> Result<f64, FileError
         Some(v) if v.get_ref().is_finite() && *v.get_ref() > 0.0 && *v.get_ref() < 1e6 => {
             Ok(*v.get_ref())
         }
-        Some(v) => Err(FileError::at(
+        Some(v) => Err(FileError::here(
             v.span(),
             "this must be a positive number",
-            "here",
             "write a finite value above 0 (mm or deg, per s or s²)",
         )),
     }

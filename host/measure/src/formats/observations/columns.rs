@@ -1,7 +1,7 @@
 //! The columns of a file of observations: what each holds, which ones a kind needs, and what their cells may say.
 
 use super::super::runs::sense;
-use super::super::{axis, is_in_travel, temperatures};
+use super::super::{axis, direction, position, temperatures};
 use super::Observation;
 use crate::instrument::Kind;
 use nalgebra::Vector3;
@@ -75,8 +75,7 @@ impl ObservationColumn {
 
     fn named(name: &str, machine: &Machine) -> Option<Self> {
         let axis = |name: &str| axis(name, machine);
-        let named = NAMES
-            .iter()
+        let named = (NAMES.iter())
             .find(|(n, _)| *n == name)
             .map(|(_, c)| c.clone());
         let value = || {
@@ -153,6 +152,17 @@ impl<'m> Columns<'m> {
                 format!("write one of {names}"),
             )
         })
+    }
+
+    /// A row of a set-up that reads something else; `kinds` are the row's and the set-up's.
+    pub(super) fn other_kind(&self, row: &CsvRow<'_>, name: &str, kinds: [Kind; 2]) -> FileError {
+        let [own, other] = kinds.map(Kind::one);
+        row.error(
+            self.setup.unwrap_or(self.kind),
+            format!("the set-up `{name}` reads {other}, not {own}"),
+            "here",
+            "give each instrument its own name in the column setup",
+        )
     }
 
     /// Refuses cells that do not belong to the kind of a row, and a file without columns that the kind needs.
@@ -235,13 +245,14 @@ impl<'m> Columns<'m> {
         kind: Kind,
     ) -> Result<(), FileError> {
         let is_empty = row.cells[k].text.is_empty();
-        let is_plan = !self.has_readings;
         match self.all[k] {
-            ObservationColumn::Axis(i) => one.position[i] = self.position(row, k, i)?,
+            ObservationColumn::Axis(i) => {
+                one.position[i] = position(row, k, &self.machine.axes[i])?
+            }
             ObservationColumn::Reads if kind.has_direction() => {
                 one.reads = Some(self.direction_read(row, k, kind)?);
             }
-            ObservationColumn::Value(of, i) if of == kind && !(is_empty && is_plan) => {
+            ObservationColumn::Value(of, i) if of == kind && (self.has_readings || !is_empty) => {
                 one.value[i] = reading(row, k, kind)?;
             }
             ObservationColumn::Normal(i) if kind == Kind::Surface => {
@@ -249,7 +260,7 @@ impl<'m> Columns<'m> {
             }
             _ if is_empty => {}
             ObservationColumn::Sensor(_) => _ = temperatures::celsius(row, k)?,
-            ObservationColumn::Direction(i) => one.direction[i] = travel(row, k)?,
+            ObservationColumn::Direction(i) => one.direction[i] = direction(row, k)?,
             ObservationColumn::Spindle => one.spindle = row.number(k)?,
             ObservationColumn::Time => one.time = Some(row.number(k)?),
             ObservationColumn::Temperature => one.temperature = Some(row.number(k)?),
@@ -265,16 +276,6 @@ impl<'m> Columns<'m> {
             | ObservationColumn::Normal(_) => {}
         }
         Ok(())
-    }
-
-    fn position(&self, row: &CsvRow<'_>, k: usize, i: usize) -> Result<f64, FileError> {
-        let value = row.number(k)?;
-        let axis = &self.machine.axes[i];
-        if !axis.modulo {
-            let remedy = "correct the row, or the range of the axis in the machine file";
-            is_in_travel(row, k, axis, value, remedy)?;
-        }
-        Ok(value)
     }
 
     /// In which direction an instrument reads, and with which sign.
@@ -293,20 +294,6 @@ impl<'m> Columns<'m> {
             return Err(row.error(k, message, "here", DIRECTIONS));
         }
         Ok(read)
-    }
-}
-
-/// The direction from which an axis arrived.
-fn travel(row: &CsvRow<'_>, k: usize) -> Result<f64, FileError> {
-    let value = row.number(k)?;
-    match [1.0, -1.0, 0.0].contains(&value) {
-        true => Ok(value),
-        false => Err(row.error(
-            k,
-            format!("`{}` is not a direction", row.cells[k].text),
-            "here",
-            "write 1 after positive travel, -1 after negative travel, 0 if unknown",
-        )),
     }
 }
 

@@ -235,10 +235,7 @@ pub fn of_radii(
 fn centre(radii: &Radii, machine: &Machine) -> Option<PerAxis> {
     let mut centre = PerAxis::default();
     for (at, axis) in centre.iter_mut().zip(&machine.axes) {
-        let (_, value) = radii
-            .at
-            .iter()
-            .find(|(name, _)| *name == axis.letter.to_string())?;
+        let (_, value) = (radii.at.iter()).find(|(name, _)| *name == axis.letter.to_string())?;
         *at = *value;
     }
     Some(centre)

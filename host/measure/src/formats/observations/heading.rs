@@ -108,10 +108,9 @@ impl ObservationHeading {
     pub fn is_used(&self, all: &Observations) -> Result<(), FileError> {
         for (name, entry) in &self.entries.setup {
             let Some(setup) = all.setups.iter().find(|s| s.name == *name) else {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     entry.span(),
                     format!("no line has the set-up `{name}`"),
-                    "here",
                     "correct its name, or leave it out",
                 ));
             };
@@ -126,10 +125,9 @@ impl HeadingEntry {
         for place in [&self.place_mm, &self.tool_mm].into_iter().flatten() {
             if !place.get_ref().0.iter().all(|v| v.abs() < LARGEST) {
                 let message = "this is not a place on a machine";
-                return Err(FileError::at(
+                return Err(FileError::here(
                     place.span(),
                     message,
-                    "here",
                     "write x, y and z in mm",
                 ));
             }
@@ -137,10 +135,9 @@ impl HeadingEntry {
         if let Some(angles) = &self.orientation_deg
             && !angles.get_ref().0.iter().all(|v| v.abs() <= 360.0)
         {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 angles.span(),
                 "these are not angles of an orientation",
-                "here",
                 "write degrees about x, y and z, in this order",
             ));
         }
@@ -148,7 +145,7 @@ impl HeadingEntry {
             && (length.get_ref().is_nan() || length.get_ref().abs() >= LARGEST)
         {
             let message = "this is not a length on a machine";
-            return Err(FileError::at(length.span(), message, "here", "write mm"));
+            return Err(FileError::here(length.span(), message, "write mm"));
         }
         let sigmas = [
             &self.orientation_standard_uncertainty_urad,
@@ -157,10 +154,9 @@ impl HeadingEntry {
         ];
         for sigma in sigmas.into_iter().flatten() {
             if !(1e-9..LARGEST).contains(sigma.get_ref()) {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     sigma.span(),
                     format!("{} cannot be a standard uncertainty", sigma.get_ref()),
-                    "here",
                     "write it in the unit of its name, more than 0; leave it out if unknown",
                 ));
             }
@@ -168,10 +164,9 @@ impl HeadingEntry {
         if let (Some(tool), true) = (&self.tool, self.states_tool())
             && tool.get_ref() == STYLUS
         {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 tool.span(),
                 "the place of the stylus is stated in the artefact",
-                "here",
                 "leave out tool_mm and tool_standard_uncertainty_mm",
             ));
         }
@@ -201,10 +196,9 @@ impl HeadingEntry {
         ];
         match wrong.into_iter().flatten().next() {
             None => Ok(()),
-            Some(span) => Err(FileError::at(
+            Some(span) => Err(FileError::here(
                 span,
                 format!("the set-up of {} does not have this", kind.one()),
-                "here",
                 "leave it out",
             )),
         }

@@ -5,12 +5,11 @@ use crate::direct::MeasurementSetup;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::ops::Range;
 use toml::Spanned;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense};
 use trueaxis_model::formats::{csv, units};
-use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::machine::{Axis, Machine, PerAxis};
 use trueaxis_model::source::{Exactly, FileError};
 
 #[derive(Deserialize)]
@@ -72,6 +71,23 @@ impl RunHeading {
     }
 }
 
+/// A position (mm or rad) in the travel of an axis.
+fn commanded(axis: &Axis, value: &Spanned<f64>) -> Result<f64, FileError> {
+    let [low, high] = axis.travel;
+    let value_mm = *value.get_ref();
+    if !(low..=high).contains(&value_mm) {
+        return Err(FileError::here(
+            value.span(),
+            format!(
+                "{} = {value_mm} is outside the travel of {low} to {high}",
+                axis.letter
+            ),
+            "correct the position, or the range of the axis in the machine file",
+        ));
+    }
+    Ok(axis.to_kinematic(value_mm))
+}
+
 fn missing(key: &str) -> FileError {
     FileError::whole(
         format!("the file does not say `{key}`"),
@@ -79,9 +95,8 @@ fn missing(key: &str) -> FileError {
     )
 }
 
-fn at(span: Range<usize>, message: String, remedy: impl Into<String>) -> FileError {
-    FileError::at(span, message, "here", remedy)
-}
+/// An axis that moves, and what is read then.
+type AxisReading<'a> = (&'a Spanned<String>, &'a Spanned<String>);
 
 impl RunEntries {
     fn heading(&self, machine: &Machine, needs_place: bool) -> Result<RunHeading, FileError> {
@@ -90,7 +105,7 @@ impl RunEntries {
             .as_ref()
             .filter(|n| *n.get_ref() != machine.name)
         {
-            return Err(at(
+            return Err(FileError::here(
                 name.span(),
                 format!(
                     "this was measured on `{}`, the machine is `{}`",
@@ -100,31 +115,8 @@ impl RunEntries {
                 "give the machine file of this name, or correct the name if it is the same machine",
             ));
         }
-        let mut read = Vec::new();
-        match (&self.axis, &self.reads, &self.reads_along) {
-            (Some(axis), Some(reads), None) => read.push((axis, reads)),
-            (None, None, Some(both)) if both.get_ref().len() == 2 => {
-                read.extend(both.get_ref().iter());
-            }
-            (None, None, Some(both)) => {
-                return Err(at(
-                    both.span(),
-                    format!("a square has two lines, not {}", both.get_ref().len()),
-                    "write # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }",
-                ));
-            }
-            (_, _, Some(both)) => {
-                return Err(at(
-                    both.span(),
-                    "a square has no other axis or direction than those along its lines".to_owned(),
-                    "keep reads_along, or axis and reads",
-                ));
-            }
-            (None, _, None) => return Err(missing("axis")),
-            (_, None, None) => return Err(missing("reads")),
-        }
         let mut setups = Vec::new();
-        for (axis, reads) in read {
+        for (axis, reads) in self.lines()? {
             setups.push(self.setup(machine, axis, reads, needs_place)?);
         }
         let square = self.square(machine, &setups)?;
@@ -133,25 +125,49 @@ impl RunEntries {
         };
         let angular = setups[0].is_angular();
         let factor = units::factor(unit.get_ref(), angular)
-            .map_err(|(message, remedy)| at(unit.span(), message, remedy))?;
-        let are_positions = match &self.reads_position {
-            Some(positions) if *positions.get_ref() && !setups[0].is_positioning() => {
-                return Err(at(
-                    positions.span(),
-                    "this reading does not follow the axis that moves".to_owned(),
-                    "leave out reads_position: it is for readings in the direction of the axis itself",
-                ));
-            }
-            positions => positions.as_ref().is_some_and(|p| *p.get_ref()),
-        };
+            .map_err(|(message, remedy)| FileError::here(unit.span(), message, remedy))?;
         Ok(RunHeading {
-            setups,
             square,
             readings: Readings {
                 factor,
-                are_positions,
+                are_positions: self.are_positions(&setups[0])?,
             },
+            setups,
         })
+    }
+
+    fn lines(&self) -> Result<Vec<AxisReading<'_>>, FileError> {
+        match (&self.axis, &self.reads, &self.reads_along) {
+            (Some(axis), Some(reads), None) => Ok(vec![(axis, reads)]),
+            (None, None, Some(both)) if both.get_ref().len() == 2 => {
+                Ok(both.get_ref().iter().collect())
+            }
+            (None, None, Some(both)) => Err(FileError::here(
+                both.span(),
+                format!("a square has two lines, not {}", both.get_ref().len()),
+                "write # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }",
+            )),
+            (_, _, Some(both)) => Err(FileError::here(
+                both.span(),
+                "a square has no other axis or direction than those along its lines".to_owned(),
+                "keep reads_along, or axis and reads",
+            )),
+            (None, _, None) => Err(missing("axis")),
+            (_, None, None) => Err(missing("reads")),
+        }
+    }
+
+    fn are_positions(&self, setup: &MeasurementSetup) -> Result<bool, FileError> {
+        match &self.reads_position {
+            Some(positions) if *positions.get_ref() && !setup.is_positioning() => {
+                Err(FileError::here(
+                    positions.span(),
+                    "this reading does not follow the axis that moves".to_owned(),
+                    "leave out reads_position: it is for readings in the direction of the axis itself",
+                ))
+            }
+            positions => Ok(positions.as_ref().is_some_and(|p| *p.get_ref())),
+        }
     }
 
     fn setup(
@@ -162,19 +178,7 @@ impl RunEntries {
         needs_place: bool,
     ) -> Result<MeasurementSetup, FileError> {
         let moved = index(axis, machine)?;
-        let (sense, counts) = sense(reads.get_ref(), machine)
-            .map_err(|message| at(reads.span(), message, DIRECTIONS))?;
-        if matches!(sense, Sense::About(about) if about != moved) {
-            return Err(at(
-                reads.span(),
-                format!(
-                    "{} is not about {}, which moves",
-                    reads.get_ref(),
-                    axis.get_ref()
-                ),
-                "read about the axis that moves, or from one linear axis to another: \"tool +Y to +Z\"",
-            ));
-        }
+        let (sense, counts) = moving_sense(reads, moved, machine)?;
         let perfect = ErrorModel::perfect(machine);
         let bench = Bench::new(machine, &perfect, Default::default());
         let mut setup = MeasurementSetup {
@@ -192,45 +196,57 @@ impl RunEntries {
                 .norm()
                 < 0.1
         {
-            return Err(at(
+            return Err(FileError::here(
                 reads.span(),
                 "the two axes move in the same direction".to_owned(),
                 "give two axes that are across each other",
             ));
         }
         setup.at = self.at(machine, &setup, self.reads_along.is_some(), needs_place)?;
-        if let Some(offset) = &self.offset_mm {
-            let Exactly(xyz) = *offset.get_ref();
-            if xyz.iter().any(|v| !v.is_finite() || v.abs() > FAR) {
-                return Err(at(
-                    offset.span(),
-                    "the measured point is nowhere near the tool".to_owned(),
-                    "write x, y and z from the tool tip to the measured point, in mm",
-                ));
-            }
-            setup.offset = Vector3::from(xyz);
-        }
-        if let Some(slope) = &self.slope {
-            setup.keeps_slope = match slope.get_ref().as_str() {
-                "keep" => true,
-                "remove" => false,
-                other => {
-                    return Err(at(
-                        slope.span(),
-                        format!("`{other}` cannot be done with a slope"),
-                        "write keep if the straightedge was aligned with another axis, remove if it lay somehow",
-                    ));
-                }
-            };
-            if !setup.is_straightness(machine) {
-                return Err(at(
-                    slope.span(),
-                    "only a straightness has a slope that may be of the straightedge".to_owned(),
-                    "leave out slope",
-                ));
-            }
-        }
+        setup.offset = self.offset()?;
+        setup.keeps_slope = self.keeps_slope(&setup, machine)?;
         Ok(setup)
+    }
+
+    /// From the tip to the measured point (mm).
+    fn offset(&self) -> Result<Vector3<f64>, FileError> {
+        let Some(offset) = &self.offset_mm else {
+            return Ok(Vector3::zeros());
+        };
+        let Exactly(xyz) = *offset.get_ref();
+        if xyz.iter().any(|v| !v.is_finite() || v.abs() > FAR) {
+            return Err(FileError::here(
+                offset.span(),
+                "the measured point is nowhere near the tool".to_owned(),
+                "write x, y and z from the tool tip to the measured point, in mm",
+            ));
+        }
+        Ok(Vector3::from(xyz))
+    }
+
+    fn keeps_slope(&self, setup: &MeasurementSetup, machine: &Machine) -> Result<bool, FileError> {
+        let Some(slope) = &self.slope else {
+            return Ok(false);
+        };
+        let keeps = match slope.get_ref().as_str() {
+            "keep" => true,
+            "remove" => false,
+            other => {
+                return Err(FileError::here(
+                    slope.span(),
+                    format!("`{other}` cannot be done with a slope"),
+                    "write keep if the straightedge was aligned with another axis, remove if it lay somehow",
+                ));
+            }
+        };
+        if !setup.is_straightness(machine) {
+            return Err(FileError::here(
+                slope.span(),
+                "only a straightness has a slope that may be of the straightedge".to_owned(),
+                "leave out slope",
+            ));
+        }
+        Ok(keeps)
     }
 
     /// Positions of the axes.
@@ -247,25 +263,13 @@ impl RunEntries {
             let index = index(name, machine)?;
             let axis = &machine.axes[index];
             if index == setup.moved && !square {
-                return Err(at(
+                return Err(FileError::here(
                     name.span(),
                     format!("{} is the axis that moves", axis.letter),
                     "say where the other axes stood",
                 ));
             }
-            let [low, high] = axis.travel;
-            let value_mm = *value.get_ref();
-            if !(low..=high).contains(&value_mm) {
-                return Err(at(
-                    value.span(),
-                    format!(
-                        "{} = {value_mm} is outside the travel of {low} to {high}",
-                        axis.letter
-                    ),
-                    "correct the position, or the range of the axis in the machine file",
-                ));
-            }
-            position[index] = axis.to_kinematic(value_mm);
+            position[index] = commanded(axis, value)?;
             given[index] = true;
         }
         // Linear positions do not matter for angles.
@@ -274,18 +278,22 @@ impl RunEntries {
             let rotary = machine.axes[*i].letter.is_rotary();
             rotary || !setup.is_angular()
         });
-        if needs_place && let Some(lacking) = needed.find(|i| !given[*i]) {
-            let letter = machine.axes[lacking].letter;
-            let message = format!("the file does not say where {letter} stood");
-            let remedy = format!(
-                "add {letter} to # at = {{ … }}: the measured line has a place, and angular motions a lever to it"
-            );
-            return Err(match &self.at {
-                Some(entry) => at(entry.span(), message, remedy),
-                None => FileError::whole(message, remedy),
-            });
+        match needed.find(|i| needs_place && !given[*i]) {
+            Some(lacking) => Err(self.lacks(machine.axes[lacking].letter.char())),
+            None => Ok(position),
         }
-        Ok(position)
+    }
+
+    /// An axis of which the file does not say where it stood.
+    fn lacks(&self, letter: char) -> FileError {
+        let message = format!("the file does not say where {letter} stood");
+        let remedy = format!(
+            "add {letter} to # at = {{ … }}: the measured line has a place, and angular motions a lever to it"
+        );
+        match &self.at {
+            Some(entry) => FileError::here(entry.span(), message, remedy),
+            None => FileError::whole(message, remedy),
+        }
     }
 
     /// For a square, its angle minus 90°.
@@ -296,7 +304,7 @@ impl RunEntries {
     ) -> Result<Option<f64>, FileError> {
         let [a, b] = setups else {
             return match &self.square_urad {
-                Some(over) => Err(at(
+                Some(over) => Err(FileError::here(
                     over.span(),
                     "only a square has an error of its own".to_owned(),
                     "leave out square_urad",
@@ -307,7 +315,7 @@ impl RunEntries {
         let span = self.reads_along.as_ref().map_or(0..0, Spanned::span);
         if a.sense != Sense::In(b.moved) || b.sense != Sense::In(a.moved) {
             let [x, y] = [a.moved, b.moved].map(|i| machine.axes[i].letter);
-            return Err(at(
+            return Err(FileError::here(
                 span,
                 "along each line of a square, the direction of the other is read".to_owned(),
                 format!(
@@ -320,7 +328,7 @@ impl RunEntries {
         };
         let urad = *over.get_ref();
         if !urad.is_finite() || urad.abs() > SQUARE {
-            return Err(at(
+            return Err(FileError::here(
                 over.span(),
                 "no square is that wrong".to_owned(),
                 "write what its angle is more than 90°, in µrad",
@@ -330,6 +338,28 @@ impl RunEntries {
     }
 }
 
+/// The direction that is read while an axis moves, and the sign with which it counts.
+fn moving_sense(
+    reads: &Spanned<String>,
+    moved: usize,
+    machine: &Machine,
+) -> Result<(Sense, f64), FileError> {
+    let (sense, counts) = sense(reads.get_ref(), machine)
+        .map_err(|message| FileError::here(reads.span(), message, DIRECTIONS))?;
+    if matches!(sense, Sense::About(about) if about != moved) {
+        return Err(FileError::here(
+            reads.span(),
+            format!(
+                "{} is not about {}, which moves",
+                reads.get_ref(),
+                machine.axes[moved].letter
+            ),
+            "read about the axis that moves, or from one linear axis to another: \"tool +Y to +Z\"",
+        ));
+    }
+    Ok((sense, counts))
+}
+
 fn index(name: &Spanned<String>, machine: &Machine) -> Result<usize, FileError> {
     let mut letters = name.get_ref().chars();
     let index = letters.next().and_then(|letter| machine.index(letter));
@@ -337,7 +367,7 @@ fn index(name: &Spanned<String>, machine: &Machine) -> Result<usize, FileError> 
         (Some(index), None) => Ok(index),
         _ => {
             let letters: Vec<String> = machine.axes.iter().map(|a| a.letter.to_string()).collect();
-            Err(at(
+            Err(FileError::here(
                 name.span(),
                 format!("the machine has no axis `{}`", name.get_ref()),
                 format!("{} has the axes {}", machine.name, letters.join(" ")),

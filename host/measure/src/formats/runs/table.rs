@@ -2,6 +2,7 @@
 
 use super::heading::Readings;
 use crate::direct::{AxisRuns, MeasurementSetup, RunColumn};
+use crate::extremes::extremes;
 use crate::formats::is_in_travel;
 use std::ops::Range;
 use trueaxis_model::formats::csv::{CsvRow, CsvTable};
@@ -82,16 +83,14 @@ pub(crate) fn read_square(
 
 fn enough(targets: &[f64], all: Range<usize>, what: &str) -> Result<(), FileError> {
     match targets.len() {
-        0 | 1 => Err(FileError::at(
+        0 | 1 => Err(FileError::here(
             all,
             format!("{what} has {} targets, not at least two", targets.len()),
-            "here",
             "write a line for each target position",
         )),
-        n if n > MAX_TARGETS => Err(FileError::at(
+        n if n > MAX_TARGETS => Err(FileError::here(
             all,
             format!("{what} has {n} targets, more than {MAX_TARGETS}"),
-            "here",
             "leave out targets between which the error is a straight line within its uncertainty",
         )),
         _ => Ok(()),
@@ -117,54 +116,36 @@ fn are_deviations(
     readings: Readings,
     all: Range<usize>,
 ) -> Result<(), FileError> {
-    let AxisRuns {
-        setup,
-        targets,
-        columns,
-    } = line;
-    let count = targets.len() as f64;
-    let middle = targets.iter().sum::<f64>() / count;
+    let (setup, targets) = (&line.setup, &line.targets);
+    let middle = targets.iter().sum::<f64>() / targets.len() as f64;
     let square: f64 = targets.iter().map(|t| (t - middle).powi(2)).sum();
     let step = targets.windows(2).map(|w| size(w[1] - w[0], setup));
     let step = step.fold(f64::INFINITY, f64::min);
     let unit = machine.axes[setup.moved].unit();
-    for column in columns {
-        let rise: f64 = (targets.iter().zip(&column.readings))
-            .map(|(target, reading)| (target - middle) * reading)
-            .sum();
+    let refused =
+        |message: &str, remedy: &str| Err(FileError::at(all.clone(), message, "these", remedy));
+    for column in &line.columns {
+        let rises = targets.iter().zip(&column.readings);
+        let rises = rises.map(|(target, reading)| (target - middle) * reading);
+        let rise: f64 = rises.sum();
         // As written, and as if the readings were in the unit of the targets.
         let slope = rise / square / size(1.0, setup);
         let of_numbers = rise / square / readings.factor;
-        if [slope, of_numbers]
-            .iter()
-            .any(|s| (s.abs() - 1.0).abs() < FOLLOWS)
-        {
-            return Err(FileError::at(
-                all,
+        let follows = |slope: &f64| (slope.abs() - 1.0).abs() < FOLLOWS;
+        if [slope, of_numbers].iter().any(follows) {
+            return refused(
                 "the readings follow their targets: they are positions, not deviations",
-                "these",
-                format!(
+                &format!(
                     "readings are positions: say # reads_position = true, with # unit = \"{unit}\" if that is what they are in"
                 ),
-            ));
+            );
         }
-        let most = column
-            .readings
-            .iter()
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max);
-        let least = column
-            .readings
-            .iter()
-            .copied()
-            .fold(f64::INFINITY, f64::min);
+        let [least, most] = extremes(column.readings.iter().copied());
         if most - least > step {
-            return Err(FileError::at(
-                all,
+            return refused(
                 "deviations differ by more than a step between targets",
-                "these",
                 "if the readings are positions, say # reads_position = true; else correct unit",
-            ));
+            );
         }
     }
     Ok(())
@@ -230,12 +211,9 @@ fn take(
     );
     is_in_travel(row, column, axis, target, &remedy)?;
     let largest = LARGEST[usize::from(setup.is_angular())];
-    let wanted = match readings.are_positions {
-        true => size(target, setup),
-        false => 0.0,
-    };
+    let wanted = readings.are_positions.then(|| size(target, setup));
     for (run, k) in columns.iter_mut().zip(column + 1..) {
-        let reading = row.number(k)? * readings.factor * setup.counts - wanted;
+        let reading = row.number(k)? * readings.factor * setup.counts - wanted.unwrap_or(0.0);
         if reading.abs() > largest {
             return Err(row.error(
                 k,

@@ -54,9 +54,7 @@ impl Identification {
                 })
                 .collect(),
             stylus_mm: identified.stylus.into(),
-            parameters: identified
-                .parameters
-                .iter()
+            parameters: (identified.parameters.iter())
                 .map(EstimateRecord::from)
                 .collect(),
             correlations: correlated.map(|(i, j, r)| (name(i), name(j), r)).collect(),
@@ -290,9 +288,7 @@ impl ObservedRecord {
             }
         });
         Some(Self {
-            noise: identified
-                .components
-                .iter()
+            noise: (identified.components.iter())
                 .map(NoiseRecord::from)
                 .collect(),
             setups: setups.collect(),

@@ -32,7 +32,21 @@ pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
     let places = table.header.cells[1..].iter().map(|cell| cell.span.clone());
     let places: Vec<Range<usize>> = places.collect();
     let n = parameters.len();
-    let mut rows: Vec<Vec<(f64, Range<usize>)>> = Vec::with_capacity(n);
+    let rows = rows(table, &parameters)?;
+    let covariance = Covariance {
+        parameters,
+        matrix: DMatrix::from_fn(n, n, |i, j| rows[i][j].0),
+    };
+    is_covariance(&covariance, &rows)?;
+    Ok((covariance, places))
+}
+
+/// The covariances of a parameter with all, each with its place.
+type CovarianceRow = Vec<(f64, Range<usize>)>;
+
+fn rows(table: CsvTable<'_>, parameters: &[Parameter]) -> Result<Vec<CovarianceRow>, FileError> {
+    let n = parameters.len();
+    let mut rows: Vec<CovarianceRow> = Vec::with_capacity(n);
     let mut last = 0..0;
     for row in table {
         let row = row?;
@@ -64,31 +78,42 @@ pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
             LAYOUT,
         ));
     }
-    let covariance = Covariance {
-        parameters,
-        matrix: DMatrix::from_fn(n, n, |i, j| rows[i][j].0),
-    };
-    is_covariance(&covariance, &rows)?;
-    Ok((covariance, places))
+    Ok(rows)
 }
 
-fn is_covariance(
-    covariance: &Covariance,
-    rows: &[Vec<(f64, Range<usize>)>],
-) -> Result<(), FileError> {
+fn is_covariance(covariance: &Covariance, rows: &[CovarianceRow]) -> Result<(), FileError> {
     let n = rows.len();
     let name = |i: usize| covariance.parameters[i];
     for (i, row) in rows.iter().enumerate() {
         let (variance, span) = &row[i];
         if *variance < 0.0 {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 span.clone(),
                 format!("the variance of {} is below 0", name(i)),
-                "here",
                 "write the square of its standard uncertainty",
             ));
         }
     }
+    pairs_agree(covariance, rows)?;
+    let (correlation, _) = covariance.correlation();
+    let least = match n {
+        0 => 0.0,
+        _ => correlation.symmetric_eigenvalues().min(),
+    };
+    if least < -ROUNDING * n as f64 {
+        return Err(FileError::whole(
+            format!(
+                "these are no covariances: a combination of parameters would have a variance below 0 ({least:.1e} of theirs)"
+            ),
+            "use the file as identify has written it, with all its digits",
+        ));
+    }
+    Ok(())
+}
+
+/// Checks that both rows of two parameters have the same covariance, and that it is possible.
+fn pairs_agree(covariance: &Covariance, rows: &[CovarianceRow]) -> Result<(), FileError> {
+    let name = |i: usize| covariance.parameters[i];
     for (i, row) in rows.iter().enumerate() {
         for (j, other) in rows.iter().enumerate().take(i) {
             let ((a, span), (b, _)) = (&row[j], &other[i]);
@@ -106,31 +131,17 @@ fn is_covariance(
                 ));
             }
             if a.abs() > largest * (1.0 + SAME) {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     span.clone(),
                     format!(
                         "{} and {} would be correlated by more than 1",
                         name(i),
                         name(j)
                     ),
-                    "here",
                     "a covariance is at most the product of both standard uncertainties",
                 ));
             }
         }
-    }
-    let (correlation, _) = covariance.correlation();
-    let least = match n {
-        0 => 0.0,
-        _ => correlation.symmetric_eigenvalues().min(),
-    };
-    if least < -ROUNDING * n as f64 {
-        return Err(FileError::whole(
-            format!(
-                "these are no covariances: a combination of parameters would have a variance below 0 ({least:.1e} of theirs)"
-            ),
-            "use the file as identify has written it, with all its digits",
-        ));
     }
     Ok(())
 }
@@ -143,11 +154,7 @@ pub fn write(covariance: &Covariance) -> String {
         let _ = write!(text, ",{parameter}");
     }
     text.push('\n');
-    for (parameter, row) in covariance
-        .parameters
-        .iter()
-        .zip(covariance.matrix.row_iter())
-    {
+    for (parameter, row) in (covariance.parameters.iter()).zip(covariance.matrix.row_iter()) {
         let _ = write!(text, "{parameter}");
         for value in row.iter() {
             let _ = write!(text, ",{value:e}");

@@ -4,6 +4,7 @@ use super::{ErrorsFile, MAX_POSITION, axis};
 use crate::errors::ErrorModel;
 use crate::machine::{Axis, Machine};
 use crate::source::{Exactly, FileError};
+use toml::Spanned;
 
 /// Smallest part of the travel (mm or deg) in which error motions must be known, unless the whole travel is shorter.
 /// Corrections of that size are refused, so that corrected positions can be inside, too.
@@ -16,58 +17,16 @@ impl ErrorModel {
         file: &ErrorsFile,
         machine: &Machine,
     ) -> Result<(), FileError> {
-        for index in 0..machine.axes.len() {
-            let [mut low, mut high] = self.calibrated[index];
-            for table in self.motions[index].iter().filter_map(|m| m.table.as_ref()) {
-                if let (Some(first), Some(last)) = (table.at.first(), table.at.last()) {
-                    (low, high) = (low.max(*first), high.min(*last));
-                }
-            }
-            self.calibrated[index] = [low, high];
-        }
+        self.keep_to_tables(machine);
         let mut written = [false; trueaxis_kinematics::MAX_AXES];
         for (name, range) in &file.calibrated {
             let index = axis(name, machine)?;
-            let axis = &machine.axes[index];
-            let Exactly([low, high]) = *range.get_ref();
-            let refuse = |cause: &str, label: &str| {
-                Err(FileError::at(
-                    range.span(),
-                    format!("the calibrated range of axis {} {cause}", axis.letter),
-                    label,
-                    format!(
-                        "correct [calibrated]: write [lower, upper] in {} of the command",
-                        axis.unit()
-                    ),
-                ))
-            };
-            if low >= high || low.is_nan() || high.is_nan() {
-                return refuse("is empty", "lower limit not below upper limit");
-            }
-            if low.abs() > MAX_POSITION || high.abs() > MAX_POSITION {
-                return refuse("is larger than any travel", "too large");
-            }
-            if let Some((least, found)) = too_narrow(axis, [low, high]) {
-                let [from, to] = axis.travel;
-                let (cause, label) = (
-                    format!(
-                        "has {found} of its travel, less than {least} {}",
-                        axis.unit()
-                    ),
-                    format!("the travel is {from} to {to}"),
-                );
-                return refuse(&cause, &label);
-            }
-            self.calibrated[index] = [axis.to_kinematic(low), axis.to_kinematic(high)];
+            self.calibrated[index] = written_range(range, &machine.axes[index])?;
             written[index] = true;
         }
         // An entry may also state that a table holds its end values where it has no points.
-        for (index, axis) in machine
-            .axes
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| !written[*i])
-        {
+        let axes = machine.axes.iter().enumerate();
+        for (index, axis) in axes.filter(|(i, _)| !written[*i]) {
             let range = self.calibrated[index].map(|c| axis.to_command(c));
             if let Some((least, found)) = too_narrow(axis, range) {
                 let tables = file.tabulated.iter();
@@ -88,6 +47,45 @@ impl ErrorModel {
         }
         Ok(())
     }
+
+    /// Limits the range of each axis to where all its tables have points.
+    fn keep_to_tables(&mut self, machine: &Machine) {
+        for index in 0..machine.axes.len() {
+            let [mut low, mut high] = self.calibrated[index];
+            for table in self.motions[index].iter().filter_map(|m| m.table.as_ref()) {
+                if let (Some(first), Some(last)) = (table.at.first(), table.at.last()) {
+                    (low, high) = (low.max(*first), high.min(*last));
+                }
+            }
+            self.calibrated[index] = [low, high];
+        }
+    }
+}
+
+/// A range (mm or rad) under `[calibrated]`.
+fn written_range(range: &Spanned<Exactly<2>>, axis: &Axis) -> Result<[f64; 2], FileError> {
+    let unit = axis.unit();
+    let Exactly([low, high]) = *range.get_ref();
+    let refuse = |cause: &str, label: &str| {
+        Err(FileError::at(
+            range.span(),
+            format!("the calibrated range of axis {} {cause}", axis.letter),
+            label,
+            format!("correct [calibrated]: write [lower, upper] in {unit} of the command"),
+        ))
+    };
+    if low >= high || low.is_nan() || high.is_nan() {
+        return refuse("is empty", "lower limit not below upper limit");
+    }
+    if low.abs() > MAX_POSITION || high.abs() > MAX_POSITION {
+        return refuse("is larger than any travel", "too large");
+    }
+    if let Some((least, found)) = too_narrow(axis, [low, high]) {
+        let [from, to] = axis.travel;
+        let cause = format!("has {found} of its travel, less than {least} {unit}");
+        return refuse(&cause, &format!("the travel is {from} to {to}"));
+    }
+    Ok([axis.to_kinematic(low), axis.to_kinematic(high)])
 }
 
 /// The required and the actual length inside the travel (mm or deg), if that is less.

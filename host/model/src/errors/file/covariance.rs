@@ -1,6 +1,6 @@
 //! `[uncertainty]`.
 
-use super::ErrorsFile;
+use super::{ErrorsFile, beside};
 use crate::errors::ErrorModel;
 use crate::errors::covariance;
 use crate::source::FileError;
@@ -22,53 +22,32 @@ impl ErrorModel {
             return Ok(());
         };
         if let Some(left) = &entry.thermal_um {
-            let um = *left.get_ref();
-            if !(0.0..=MOST_THERMAL).contains(&um) {
-                return Err(FileError::at(
-                    left.span(),
-                    format!("thermal_um is not a number from 0 to {MOST_THERMAL}"),
-                    "here",
-                    "write in µm the error beside the thermal changes, as identify does, or leave it out",
-                ));
-            }
-            self.thermal_left = Some(um * 1e-3);
+            self.thermal_left = Some(thermal_left(left)? * 1e-3);
         }
-        let of = |entry: &Option<Spanned<f64>>, name: &str, what: &str| {
-            let Some(misfit) = entry else { return Ok(None) };
-            let value = *misfit.get_ref();
-            if !value.is_finite() || value < 0.0 {
-                return Err(FileError::at(
-                    misfit.span(),
-                    format!("{name} is negative or not a number"),
-                    "here",
-                    format!("write {what} (rms), as identify does, or leave it out"),
-                ));
-            }
-            Ok(Some(value))
-        };
-        let um = of(
+        let um = misfit(
             &entry.misfit_um,
             "misfit_um",
             "in µm how far errors that the model lacks move a coordinate of the tip",
         )?;
-        let urad = of(
+        let urad = misfit(
             &entry.misfit_urad,
             "misfit_urad",
             "in µrad how far errors that the model lacks turn the tool about one axis",
         )?;
         self.misfit = um.map(|um| um * 1e-3);
         self.misfit_of_direction = urad.map(|urad| urad * 1e-6);
-        let Some(name) = &entry.covariance else {
-            return Ok(());
-        };
-        let text = read(name.get_ref()).map_err(|cause| {
-            FileError::at(
-                name.span(),
-                cause,
-                "this file",
-                "give the path of a CSV file, as seen from the folder of the error file",
-            )
-        })?;
+        match &entry.covariance {
+            Some(name) => self.read_correlations(name, read),
+            None => Ok(()),
+        }
+    }
+
+    fn read_correlations(
+        &mut self,
+        name: &Spanned<String>,
+        read: &dyn Fn(&str) -> Result<String, String>,
+    ) -> Result<(), FileError> {
+        let text = beside(name, read)?;
         let within = |error: FileError| error.within(name.get_ref(), &text);
         let (found, places) = covariance::read(&text).map_err(within)?;
         let uncertainties = found.standard_uncertainties();
@@ -96,4 +75,31 @@ impl ErrorModel {
         self.correlated = Some(found);
         Ok(())
     }
+}
+
+/// What thermal changes leave (µm).
+fn thermal_left(left: &Spanned<f64>) -> Result<f64, FileError> {
+    let um = *left.get_ref();
+    if !(0.0..=MOST_THERMAL).contains(&um) {
+        return Err(FileError::here(
+            left.span(),
+            format!("thermal_um is not a number from 0 to {MOST_THERMAL}"),
+            "write in µm the error beside the thermal changes, as identify does, or leave it out",
+        ));
+    }
+    Ok(um)
+}
+
+/// A misfit, if it is given; `what` is its meaning.
+fn misfit(entry: &Option<Spanned<f64>>, name: &str, what: &str) -> Result<Option<f64>, FileError> {
+    let Some(misfit) = entry else { return Ok(None) };
+    let value = *misfit.get_ref();
+    if !value.is_finite() || value < 0.0 {
+        return Err(FileError::here(
+            misfit.span(),
+            format!("{name} is negative or not a number"),
+            format!("write {what} (rms), as identify does, or leave it out"),
+        ));
+    }
+    Ok(Some(value))
 }

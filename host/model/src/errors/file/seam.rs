@@ -88,12 +88,7 @@ impl ErrorModel {
         ends: [f64; 2],
         gap: f64,
     ) -> FileError {
-        let [low, high] = self.calibrated[index];
-        let at = if self.motions[index][component].holds() {
-            ends.map(|q| q.max(low).min(high))
-        } else {
-            ends
-        };
+        let at = ends.map(|q| self.at_known(index, component, q));
         let opens = |p: &MotionPart<'_>| (p.kind.value(at[1]) - p.kind.value(at[0])).abs();
         let worst = parts.iter().max_by(|a, b| opens(a).total_cmp(&opens(b)));
         let name = worst.map_or("an error motion", |p| &p.name);

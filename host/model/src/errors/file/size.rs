@@ -24,24 +24,33 @@ impl ErrorModel {
                 let Some(component) = (0..6).find(|c| !within(*c)) else {
                     continue;
                 };
-                // Point to the part that contributes most at this position.
-                let parts = self.parts(file, machine, index, component);
-                let held = if self.motions[index][component].holds() {
-                    q.max(self.calibrated[index][0])
-                        .min(self.calibrated[index][1])
-                } else {
-                    q
-                };
-                let share = |p: &MotionPart<'_>| p.kind.value(held).abs();
-                let worst = parts.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
-                let (span, name) = worst.map_or_else(
-                    || (file.machine.span(), format!("an error of {}", axis.letter)),
-                    |p| (p.span.clone(), p.name.clone()),
-                );
-                let mut error = unphysical(span, &name, component);
-                let (place, unit) = (axis.to_command(q), axis.unit());
-                error.label = format!("at {} = {place:.1} {unit}", axis.letter);
-                error.remedy.push_str(match worst.map(|p| &p.kind) {
+                return Err(self.too_large(file, machine, [index, component], q));
+            }
+        }
+        Ok(())
+    }
+
+    /// An error of a component of an axis, at the part that contributes most at this position.
+    fn too_large(
+        &self,
+        file: &ErrorsFile,
+        machine: &Machine,
+        [index, component]: [usize; 2],
+        q: f64,
+    ) -> FileError {
+        let axis = &machine.axes[index];
+        let parts = self.parts(file, machine, index, component);
+        let held = self.at_known(index, component, q);
+        let share = |p: &MotionPart<'_>| p.kind.value(held).abs();
+        let worst = parts.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
+        let (span, name) = worst.map_or_else(
+            || (file.machine.span(), format!("an error of {}", axis.letter)),
+            |p| (p.span.clone(), p.name.clone()),
+        );
+        let mut error = unphysical(span, &name, component);
+        let (place, unit) = (axis.to_command(q), axis.unit());
+        error.label = format!("at {} = {place:.1} {unit}", axis.letter);
+        error.remedy.push_str(match worst.map(|p| &p.kind) {
                     Some(PartKind::Change(..)) => {
                         "; range_kelvin is the temperature difference that must be covered"
                     }
@@ -49,10 +58,7 @@ impl ErrorModel {
                         "; if it is a polynomial known in a part of the travel only, say where under [calibrated]"
                     }
                 });
-                return Err(error);
-            }
-        }
-        Ok(())
+        error
     }
 
     /// Checks locations at the ends of the temperature ranges.

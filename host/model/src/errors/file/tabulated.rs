@@ -1,7 +1,7 @@
 //! `[tabulated.EXX]`.
 
 use super::{
-    ErrorsFile, MAX_POSITION, TabulatedEntry, Uncertainty, limit, no_such_axis, unphysical,
+    ErrorsFile, MAX_POSITION, TabulatedEntry, Uncertainty, beside, limit, no_such_axis, unphysical,
 };
 use crate::errors::{ErrorModel, Parameter, Table};
 use crate::formats::{measured, units};
@@ -21,20 +21,7 @@ impl ErrorModel {
         read: &dyn Fn(&str) -> Result<String, String>,
     ) -> Result<(), FileError> {
         for (name, spanned) in &file.tabulated {
-            let Some((component, letter)) = Parameter::parse_motion(name.get_ref()) else {
-                return Err(FileError::at(
-                    name.span(),
-                    format!("`{}` is not an error motion", name.get_ref()),
-                    "unknown name",
-                    match right_case(name.get_ref(), |n| Parameter::parse_motion(n).is_some()) {
-                        Some(right) => format!("write [tabulated.{right}]"),
-                        None => "write E, the direction (X Y Z A B C) and the axis, as in [tabulated.EXX]".to_owned(),
-                    },
-                ));
-            };
-            let Some(index) = machine.index(letter) else {
-                return Err(no_such_axis(name.span(), letter, machine));
-            };
+            let (index, component) = motion(name, machine)?;
             let motion = &self.motions[index][component];
             if !(motion.coefficients.is_empty()
                 && motion.harmonics.is_empty()
@@ -51,14 +38,10 @@ impl ErrorModel {
                 ));
             }
             let table = table(name.get_ref(), spanned, component, read)?;
-            let uncertainty =
-                spanned
-                    .get_ref()
-                    .uncertainty(name.get_ref(), component, table.at.len())?;
-            if let Some(uncertainty) = uncertainty {
-                let of = (index, component);
-                self.table_uncertainty.insert(of, uncertainty);
-            }
+            let entry = spanned.get_ref();
+            let uncertainty = entry.uncertainty(name.get_ref(), component, table.at.len())?;
+            let uncertainty = uncertainty.map(|values| ((index, component), values));
+            self.table_uncertainty.extend(uncertainty);
             let axis = &machine.axes[index];
             let at = table.at.iter().map(|at| axis.to_kinematic(*at)).collect();
             let table = Table { at, ..table };
@@ -90,27 +73,21 @@ impl TabulatedEntry {
             Uncertainty::All(value) => vec![*value; count],
             Uncertainty::Each(values) => values.clone(),
         };
-        if values.len() != count {
-            return Err(FileError::at(
+        let stated = values.len();
+        if stated != count {
+            return Err(FileError::here(
                 given.span(),
-                format!(
-                    "{name} has {count} positions and {} standard uncertainties",
-                    values.len()
-                ),
-                "here",
+                format!("{name} has {count} positions and {stated} standard uncertainties"),
                 "write one for each position, or one number for all",
             ));
         }
         let factor = self.factor(component)?;
         let values: Vec<f64> = values.into_iter().map(|v| v * factor).collect();
-        if let Some(k) = values.iter().position(|v| v.is_nan() || *v < 0.0) {
-            return Err(FileError::at(
+        let wrong = values.iter().position(|v| v.is_nan() || *v < 0.0);
+        if let Some(number) = wrong.map(|k| k + 1) {
+            return Err(FileError::here(
                 given.span(),
-                format!(
-                    "standard uncertainty {} of {name} is negative or not a number",
-                    k + 1
-                ),
-                "here",
+                format!("standard uncertainty {number} of {name} is negative or not a number"),
                 "write values of 0 or more, in the unit of the values",
             ));
         }
@@ -135,6 +112,26 @@ impl TabulatedEntry {
     }
 }
 
+/// The axis and the component of a motion.
+fn motion(name: &Spanned<String>, machine: &Machine) -> Result<(usize, usize), FileError> {
+    let Some((component, letter)) = Parameter::parse_motion(name.get_ref()) else {
+        return Err(FileError::at(
+            name.span(),
+            format!("`{}` is not an error motion", name.get_ref()),
+            "unknown name",
+            match right_case(name.get_ref(), |n| Parameter::parse_motion(n).is_some()) {
+                Some(right) => format!("write [tabulated.{right}]"),
+                None => "write E, the direction (X Y Z A B C) and the axis, as in [tabulated.EXX]"
+                    .to_owned(),
+            },
+        ));
+    };
+    let Some(index) = machine.index(letter) else {
+        return Err(no_such_axis(name.span(), letter, machine));
+    };
+    Ok((index, component))
+}
+
 /// Reads one table: positions in mm or degrees, values in mm or rad.
 fn table(
     name: &str,
@@ -149,35 +146,7 @@ fn table(
         None => written(name, entry, spanned)?,
     };
     let place = entry.place(spanned);
-    if table.at.len() > MAX_POINTS {
-        return Err(FileError::at(
-            place,
-            format!("{name} has {} positions", table.at.len()),
-            format!("more than {MAX_POINTS}"),
-            "leave out positions between which the error is a straight line within its uncertainty",
-        ));
-    }
-    let increases = |w: &[f64]| w[0] < w[1];
-    if let Some(k) = table.at.windows(2).position(|w| !increases(w)) {
-        return Err(FileError::at(
-            place,
-            format!("the positions of {name} do not increase at entry {}", k + 2),
-            "here",
-            "sort the positions and give each only once",
-        ));
-    }
-    if table
-        .at
-        .iter()
-        .any(|a| a.is_nan() || a.abs() > MAX_POSITION)
-    {
-        return Err(FileError::at(
-            place,
-            format!("a position of {name} is not a finite number, or over {MAX_POSITION}"),
-            "here",
-            "positions are in mm and degrees",
-        ));
-    }
+    are_positions(name, &table.at, &place)?;
     let spans = [&entry.value, &entry.positive, &entry.negative];
     let written: Vec<Range<usize>> = spans.into_iter().flatten().map(Spanned::span).collect();
     let values = std::iter::once(&mut table.positive).chain(&mut table.negative);
@@ -185,10 +154,9 @@ fn table(
         let span = written.get(k).unwrap_or(&place);
         if values.len() != table.at.len() || table.at.len() < 2 {
             let (positions, values) = (table.at.len(), values.len());
-            return Err(FileError::at(
+            return Err(FileError::here(
                 span.clone(),
                 format!("{name} has {positions} positions and {values} values"),
-                "here",
                 "write as many values as positions, at least two, with decimal points",
             ));
         }
@@ -206,6 +174,33 @@ fn table(
     Ok(table)
 }
 
+fn are_positions(name: &str, at: &[f64], place: &Range<usize>) -> Result<(), FileError> {
+    if at.len() > MAX_POINTS {
+        return Err(FileError::at(
+            place.clone(),
+            format!("{name} has {} positions", at.len()),
+            format!("more than {MAX_POINTS}"),
+            "leave out positions between which the error is a straight line within its uncertainty",
+        ));
+    }
+    let increases = |w: &[f64]| w[0] < w[1];
+    if let Some(k) = at.windows(2).position(|w| !increases(w)) {
+        return Err(FileError::here(
+            place.clone(),
+            format!("the positions of {name} do not increase at entry {}", k + 2),
+            "sort the positions and give each only once",
+        ));
+    }
+    if at.iter().any(|a| a.is_nan() || a.abs() > MAX_POSITION) {
+        return Err(FileError::here(
+            place.clone(),
+            format!("a position of {name} is not a finite number, or over {MAX_POSITION}"),
+            "positions are in mm and degrees",
+        ));
+    }
+    Ok(())
+}
+
 /// The values from a file.
 fn from_file(
     name: &str,
@@ -215,10 +210,9 @@ fn from_file(
 ) -> Result<Table, FileError> {
     let others = [&entry.at, &entry.value, &entry.positive, &entry.negative];
     if let Some(other) = others.into_iter().flatten().next() {
-        return Err(FileError::at(
+        return Err(FileError::here(
             other.span(),
             format!("{name} is given both in a file and here"),
-            "here",
             "keep one of the two",
         ));
     }
@@ -233,14 +227,7 @@ fn from_file(
             "add unit = \"um\" (or mm), of an angle unit = \"arcsec\" (or urad, mrad, rad)",
         ));
     }
-    let text = read(file.get_ref()).map_err(|cause| {
-        FileError::at(
-            file.span(),
-            cause,
-            "this file",
-            "give the path of a CSV file, as seen from the folder of the error file",
-        )
-    })?;
+    let text = beside(file, read)?;
     let measured = measured::read(&text).map_err(|e| e.within(file.get_ref(), &text))?;
     Ok(Table {
         at: measured.at,
@@ -256,35 +243,25 @@ fn written(
     spanned: &Spanned<TabulatedEntry>,
 ) -> Result<Table, FileError> {
     let Some(at) = &entry.at else {
-        return Err(FileError::at(
+        return Err(FileError::here(
             spanned.span(),
             format!("{name} has no positions"),
-            "here",
             "write at = […] and value = […], or file = \"….csv\" and unit = \"um\"",
         ));
     };
     let get = |values: &Spanned<Vec<f64>>| values.get_ref().clone();
+    let refused =
+        |at: &Spanned<Vec<f64>>, why: &str| Err(directions(at.span(), format!("{name} has {why}")));
     let (positive, negative) = match (&entry.value, &entry.positive, &entry.negative) {
         (Some(value), None, None) => (get(value), None),
         (None, Some(positive), Some(negative)) => (get(positive), Some(get(negative))),
         (Some(_), Some(other), _) | (Some(_), None, Some(other)) => {
-            return Err(directions(
-                other.span(),
-                format!("{name} has values for both directions and for one"),
-            ));
+            return refused(other, "values for both directions and for one");
         }
         (None, Some(one), None) | (None, None, Some(one)) => {
-            return Err(directions(
-                one.span(),
-                format!("{name} has values for one direction of travel only"),
-            ));
+            return refused(one, "values for one direction of travel only");
         }
-        (None, None, None) => {
-            return Err(directions(
-                at.span(),
-                format!("{name} has positions without values"),
-            ));
-        }
+        (None, None, None) => return refused(at, "positions without values"),
     };
     Ok(Table {
         at: get(at),
@@ -294,10 +271,9 @@ fn written(
 }
 
 fn directions(span: Range<usize>, message: String) -> FileError {
-    FileError::at(
+    FileError::here(
         span,
         message,
-        "here",
         "write value = […], or positive = […] and negative = […] for the two directions of travel",
     )
 }

@@ -32,15 +32,13 @@ impl ErrorModel {
     ) -> Result<(), FileError> {
         for (name, span, entry) in file.changes() {
             let parameter = known(name, machine)?;
-            let at = |[message, remedy]: [String; 2]| {
-                FileError::at(span.clone(), message, "here", remedy)
-            };
+            let at =
+                |[message, remedy]: [String; 2]| FileError::here(span.clone(), message, remedy);
             checked(parameter, entry).map_err(at)?;
             if parameter.kind == ParameterKind::Backlash {
-                return Err(FileError::at(
+                return Err(FileError::here(
                     name.span(),
                     "backlash cannot depend on temperature",
-                    "here",
                     "give the thermal change of an axis location or of a coefficient",
                 ));
             }

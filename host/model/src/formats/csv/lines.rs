@@ -27,16 +27,13 @@ impl CsvLine<'_> {
     pub fn has_commas(&self) -> Result<(), FileError> {
         let line = self.text.trim();
         let other = [(';', "semicolons"), ('\t', "tabs")];
-        let found = other
-            .into_iter()
-            .find_map(|(mark, name)| Some((line.find(mark)?, name)));
+        let found = (other.into_iter()).find_map(|(mark, name)| Some((line.find(mark)?, name)));
         let Some((at, name)) = found else {
             return Ok(());
         };
-        Err(FileError::at(
+        Err(FileError::here(
             self.place(&line[at..=at]),
             format!("the columns are separated by {name}"),
-            "here",
             "separate the columns with commas, and write numbers with a decimal point: 12.5,-3",
         ))
     }

@@ -28,10 +28,9 @@ pub(super) fn read(entries: &[SolidEntry], axes: &[Axis]) -> Result<Vec<Solid>, 
     for entry in entries {
         let name = entry.name.get_ref();
         if name.is_empty() || solids.iter().any(|solid| solid.name == *name) {
-            return Err(FileError::at(
+            return Err(FileError::here(
                 entry.name.span(),
                 format!("there is another solid `{name}`, or this one has no name"),
-                "here",
                 "give every solid a name of its own: messages use it",
             ));
         }
@@ -54,10 +53,9 @@ fn carrier(carried_by: &Spanned<String>, axes: &[Axis]) -> Result<Carrier, FileE
         _ => {
             let axis = axes.iter().position(|axis| axis.letter.to_string() == name);
             Carrier::Axis(axis.ok_or_else(|| {
-                FileError::at(
+                FileError::here(
                     carried_by.span(),
                     format!("the machine has no `{name}` that carries anything"),
-                    "here",
                     "write the letter of an axis, \"spindle\", \"workpiece\" or \"foundation\"",
                 )
             })?)
@@ -66,21 +64,8 @@ fn carrier(carried_by: &Spanned<String>, axes: &[Axis]) -> Result<Carrier, FileE
 }
 
 impl SolidEntry {
-    fn shape(&self) -> Result<SolidShape, FileError> {
-        let (shape, span) = (self.shape.get_ref().as_str(), self.shape.span());
-        let keys = match shape {
-            "box" => [true, false, false],
-            "cylinder" | "capsule" => [false, true, true],
-            "sphere" => [false, true, false],
-            _ => {
-                return Err(FileError::at(
-                    span,
-                    format!("`{shape}` is not a shape"),
-                    "here",
-                    "write \"box\", \"cylinder\", \"sphere\" or \"capsule\"",
-                ));
-            }
-        };
+    /// Checks that a shape has those of `size_mm`, `diameter_mm` and `length_mm` that it needs.
+    fn has_keys(&self, shape: &str, keys: [bool; 3]) -> Result<(), FileError> {
         let given = [
             self.size_mm.as_ref().map(Spanned::span),
             self.diameter_mm.as_ref().map(Spanned::span),
@@ -90,24 +75,40 @@ impl SolidEntry {
         for ((wanted, given), key) in keys.into_iter().zip(given).zip(names) {
             match given {
                 None if wanted => {
-                    return Err(FileError::at(
-                        span,
+                    return Err(FileError::here(
+                        self.shape.span(),
                         format!("the size of this {shape} is missing"),
-                        "here",
                         format!("add {key}, in mm"),
                     ));
                 }
                 Some(place) if !wanted => {
-                    return Err(FileError::at(
+                    return Err(FileError::here(
                         place,
                         format!("a {shape} has no {key}"),
-                        "here",
                         "remove it: a box has size_mm, a sphere diameter_mm, a cylinder and a capsule diameter_mm and length_mm",
                     ));
                 }
                 _ => {}
             }
         }
+        Ok(())
+    }
+
+    fn shape(&self) -> Result<SolidShape, FileError> {
+        let shape = self.shape.get_ref().as_str();
+        let keys = match shape {
+            "box" => [true, false, false],
+            "cylinder" | "capsule" => [false, true, true],
+            "sphere" => [false, true, false],
+            _ => {
+                return Err(FileError::here(
+                    self.shape.span(),
+                    format!("`{shape}` is not a shape"),
+                    "write \"box\", \"cylinder\", \"sphere\" or \"capsule\"",
+                ));
+            }
+        };
+        self.has_keys(shape, keys)?;
         let half = |value: &Option<Spanned<f64>>| match value {
             Some(value) => positive(value).map(|value| value / 2.0),
             None => Ok(0.0),
@@ -137,10 +138,9 @@ fn positive(value: &Spanned<f64>) -> Result<f64, FileError> {
 }
 
 fn not_a_size(span: std::ops::Range<usize>) -> FileError {
-    FileError::at(
+    FileError::here(
         span,
         "this is not the size of a part of a machine",
-        "here",
         "write mm, more than 0",
     )
 }
