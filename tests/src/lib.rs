@@ -4,6 +4,8 @@
 #[cfg(feature = "desktop")]
 pub mod best_effort;
 #[cfg(feature = "desktop")]
+pub mod drawn_machines;
+#[cfg(feature = "desktop")]
 mod examples;
 pub mod fixed;
 pub mod golden;

@@ -1,6 +1,7 @@
 //! Tests across host crates, in one program.
 
 mod best_effort;
+mod calibrated;
 mod claims;
 mod clearance;
 mod direct;

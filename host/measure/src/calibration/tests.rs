@@ -2,11 +2,8 @@
 
 use super::*;
 use crate::plan::{Criterion, PlannedRows, Probe, Setup, Task};
-use crate::simulate::{Disturbances, SimulateError, compensated, corrections, probings};
+use crate::simulate::calibrated::{Failure, Mishap, SimulatedMachine};
 use trueaxis_model::errors::ErrorModel;
-use trueaxis_tables::compile::{self, Built, Options};
-use trueaxis_tables::target::Target;
-use trueaxis_tables::validate::Runtime;
 
 const MACHINE: &str = include_str!("../../../../examples/linuxcnc-xyzac-trt/machine.toml");
 /// Balls that stand farther apart than the example's, a bar, and a stylus that runs true.
@@ -51,168 +48,6 @@ EZZ1 = 30e-6
 /// Standard deviation of a coordinate of a probing (mm).
 const NOISE: f64 = 0.5e-3;
 
-/// What goes wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Mishap {
-    None,
-    /// The ball moves by 0.1 mm while the plan is probed.
-    Ball,
-    /// The real stylus is longer (mm).
-    Stylus(f64),
-    /// The corrections that take effect are multiplied by this.
-    Corrections(f64),
-    /// The machine stops while it is probed again.
-    Stops,
-    /// This question is answered by no: 0 unmeasured, 1 load, 2 validate.
-    Declined(usize),
-}
-
-/// Why the simulated machine does not go on.
-#[derive(Debug)]
-enum Failure {
-    Refused(CalibrationRefusal),
-    Stopped,
-}
-
-/// A machine with errors, its measurements, and what corrects it.
-struct Simulated<'a> {
-    machine: &'a Machine,
-    artefact: &'a Artefact,
-    real: &'a ErrorModel,
-    plan: &'a CalibrationPlan,
-    mishap: Mishap,
-    measured: [Option<Probings>; 3],
-    found: Option<ErrorModel>,
-    made: Option<Built>,
-    is_loaded: bool,
-    is_kept: bool,
-    validation: Option<Validation>,
-}
-
-impl Simulated<'_> {
-    /// Probes rows on the real machine, with the compensation that is loaded.
-    fn probe_rows(&self, rows: &Probings, seed: u64) -> Probings {
-        self.probe_balls(self.artefact.clone(), rows, seed)
-    }
-
-    /// Probes rows on balls that are where this artefact has them.
-    fn probe_balls(&self, mut artefact: Artefact, rows: &Probings, seed: u64) -> Probings {
-        if let Mishap::Stylus(by) = self.mishap {
-            artefact.stylus.tip[2] = artefact.stylus.tip[2].map(|z| z - by);
-        }
-        let disturbances = Disturbances {
-            noise: NOISE,
-            seed,
-            ..Disturbances::default()
-        };
-        let kinematics = Kinematics::new(self.machine, self.real);
-        let Some(made) = self.made.as_ref().filter(|_| self.is_loaded) else {
-            let measured = probings(&kinematics, &artefact, rows, &disturbances);
-            return measured.expect("balls that can be reached");
-        };
-        let runtime = Runtime::load(&made.blob).expect("it was compiled");
-        let factor = match self.mishap {
-            Mishap::Corrections(factor) => factor,
-            _ => 1.0,
-        };
-        let measured = compensated(&kinematics, &artefact, rows, &disturbances, |rows| {
-            let all = corrections(self.machine, &runtime, rows);
-            let scaled = all.into_iter().map(|one| one.map(|v| factor * v));
-            Ok::<_, SimulateError>(scaled.collect())
-        });
-        measured.expect("balls that can be reached")
-    }
-}
-
-impl CalibratedMachine for Simulated<'_> {
-    type Error = Failure;
-
-    fn refused(&self, refusal: CalibrationRefusal) -> Failure {
-        Failure::Refused(refusal)
-    }
-
-    fn probe(&mut self) -> Result<bool, Failure> {
-        self.measured[1] = Some(self.probe_rows(&self.plan.validation, 1));
-        let rows = &self.plan.planned.judgement.plan;
-        let mut plan = self.probe_rows(rows, 2);
-        if self.mishap == Mishap::Ball {
-            let mut artefact = self.artefact.clone();
-            artefact.balls[0].nominal = artefact.balls[0].nominal.map(|ball| ball.add_scalar(0.1));
-            let later = self.probe_balls(artefact, rows, 2);
-            let half = rows.rows.len() / 2;
-            plan.rows[half..].clone_from_slice(&later.rows[half..]);
-        }
-        self.measured[0] = Some(plan);
-        Ok(true)
-    }
-
-    fn artefact(&mut self) -> Result<Artefact, Failure> {
-        Ok(self.artefact.clone())
-    }
-
-    fn probed(&mut self, rows: ProbedRows) -> Result<Probings, Failure> {
-        let rows = &self.measured[rows as usize];
-        Ok(rows.clone().expect("it is asked for after it was probed"))
-    }
-
-    fn identified(&mut self, found: &StudyOutcome<'_>) -> Result<(), Failure> {
-        self.found = Some(found.errors().expect("it can be read"));
-        Ok(())
-    }
-
-    fn errors(&mut self) -> Result<ErrorModel, Failure> {
-        Ok(self.found.clone().expect("it was identified"))
-    }
-
-    fn agrees(&mut self, question: Question<'_>) -> Result<bool, Failure> {
-        let number = match question {
-            Question::Unmeasured(_) => 0,
-            Question::Load => 1,
-            Question::Validate => 2,
-        };
-        Ok(self.mishap != Mishap::Declined(number))
-    }
-
-    fn compile(&mut self) -> Result<bool, Failure> {
-        let options = Options {
-            random: 500,
-            ..Options::of(Target::desktop())
-        };
-        let errors = self.found.as_ref().expect("it was identified");
-        let made = compile::compile(self.machine, errors, &options, &());
-        self.made = Some(made.expect("tables").built);
-        Ok(true)
-    }
-
-    fn load(&mut self) -> Result<(), Failure> {
-        self.is_loaded = true;
-        Ok(())
-    }
-
-    fn probe_again(&mut self) -> Result<(), Failure> {
-        if self.mishap == Mishap::Stops {
-            return Err(Failure::Stopped);
-        }
-        self.measured[2] = Some(self.probe_rows(&self.plan.validation, 3));
-        Ok(())
-    }
-
-    fn validated(&mut self, found: &Validated) -> Result<(), Failure> {
-        self.validation = Some(found.validation.clone());
-        Ok(())
-    }
-
-    fn keep(&mut self) -> Result<(), Failure> {
-        self.is_kept = true;
-        Ok(())
-    }
-
-    fn undo(&mut self) -> Result<(), Failure> {
-        self.is_loaded = false;
-        Ok(())
-    }
-}
-
 /// What a calibration of a machine with these errors ends with.
 struct Ended {
     end: Result<CalibrationEnd, Failure>,
@@ -254,19 +89,8 @@ fn calibrated(errors: &str, mishap: Mishap) -> Ended {
         model,
         accept_places: false,
     };
-    let mut simulated = Simulated {
-        machine: &machine,
-        artefact: &artefact,
-        real: &real,
-        plan: &plan,
-        mishap,
-        measured: [None, None, None],
-        found: None,
-        made: None,
-        is_loaded: false,
-        is_kept: false,
-        validation: None,
-    };
+    let simulated = SimulatedMachine::new(&machine, &plan, &artefact, &real, NOISE);
+    let mut simulated = simulated.with(mishap);
     let end = calibration.run(CalibrationStep::Plan, &mut simulated);
     Ended {
         end,
