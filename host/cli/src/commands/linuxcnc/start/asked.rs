@@ -113,6 +113,13 @@ impl Arguments {
         }
     }
 
+    /// The file of balls that can be probed, if there are any.
+    pub(super) fn ask_balls(&self) -> Result<Option<PathBuf>, BadInput> {
+        let answer =
+            self.ask("Balls on the table that can be probed: artefact file (artefact.toml):")?;
+        Ok(Some(answer).filter(|a| !a.is_empty()).map(PathBuf::from))
+    }
+
     /// The sensors, in the order in which the compensation has them: those of a growth first; and the growths.
     pub(super) fn temperatures(&self) -> Result<(Vec<StartSensor>, Vec<Growth>), BadInput> {
         let mut sensors: Vec<StartSensor> = Vec::new();
