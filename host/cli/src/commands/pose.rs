@@ -69,13 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let along = arguments.along();
     let rows = match &along {
-        Some(along) => {
-            let sensors = errors.iter().flat_map(|errors| &errors.sensors);
-            let inputs = ColumnInput::of_machine(&machine, sensors);
-            let mut others = vec![arguments.machine.as_path()];
-            others.extend(arguments.errors.as_deref());
-            along.read(&inputs, &others)?
-        }
+        Some(along) => arguments.rows(along, &machine, errors.as_ref())?,
         None => vec![arguments.position(&machine, errors.as_ref())?],
     };
     let poses = poses(&machine, errors.as_ref(), &rows);
@@ -104,7 +98,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 impl Arguments {
-    /// The row for `--at`: the machine's own tool, reference temperatures.
     /// The file of positions, if there is one.
     fn along(&self) -> Option<EvalAlong> {
         Some(EvalAlong {
@@ -114,6 +107,21 @@ impl Arguments {
         })
     }
 
+    /// The rows of the file of positions.
+    fn rows(
+        &self,
+        along: &EvalAlong,
+        machine: &Machine,
+        errors: Option<&ErrorModel>,
+    ) -> Result<Vec<Vec<f64>>, BadInput> {
+        let sensors = errors.into_iter().flat_map(|errors| &errors.sensors);
+        let inputs = ColumnInput::of_machine(machine, sensors);
+        let mut others = vec![self.machine.as_path()];
+        others.extend(self.errors.as_deref());
+        along.read(&inputs, &others)
+    }
+
+    /// The row for `--at`: the machine's own tool, reference temperatures.
     fn position(
         &self,
         machine: &Machine,
