@@ -70,3 +70,32 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     }
 }
+
+/// Whether files leave little enough of what they are to correct, and whether they are written.
+#[derive(Clone, Copy)]
+struct ExportVerdict {
+    meets: bool,
+    written: bool,
+}
+
+impl ExportVerdict {
+    fn new(meets: bool, best_effort: bool) -> Self {
+        Self {
+            meets,
+            written: meets || best_effort,
+        }
+    }
+
+    /// Says what remains, and why, if that is too much.
+    fn outcome(self, remains: &str, why: &str) -> Outcome {
+        if self.meets {
+            return Outcome::Done;
+        }
+        let fate = match self.written {
+            true => "",
+            false => ", and nothing is written (--best-effort would)",
+        };
+        eprintln!("{remains}{fate}: {why}");
+        Outcome::CheckFailed
+    }
+}

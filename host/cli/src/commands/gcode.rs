@@ -40,22 +40,22 @@ fn bad_program(path: &Path, error: &StreamError) -> BadInput {
     let remedy = match error {
         StreamError::Refused(refusal) => refusal.remedy.as_str(),
         StreamError::Read(_) => "give the path of a readable file",
-        StreamError::Write(_) => {
-            "give a name in an existing folder with write permission and room; an old file of this name is unchanged"
-        }
+        StreamError::Write(_) => WRITABLE,
     };
     BadInput::new(format!("{}: {error}", path.display()), remedy)
 }
 
+/// The remedy where a corrected program cannot be written.
+const WRITABLE: &str = "give a name in an existing folder with write permission and room; an old file of this name is unchanged";
+
+fn not_written(output: &Path, error: &std::io::Error) -> BadInput {
+    let output = output.display();
+    BadInput::new(format!("{output}: cannot be written: {error}"), WRITABLE)
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    if files::is_screen(arguments.output()) {
-        return Err(BadInput::new(
-            "-o -: a program is read back and checked after it is written, and does not go to the screen",
-            "give -o the name of a file",
-        ));
-    }
-    files::prepare(arguments.output(), &arguments.inputs())?;
+    arguments.prepare()?;
     let options = arguments.options()?;
     let blob = files::read_blob(&arguments.compensation)?;
     let runtime = Runtime::load(&blob);
@@ -141,32 +141,27 @@ impl ReadProgram<'_> {
         done.map_err(|error| self.bad(&error))
     }
 
+    /// Why the program cannot be corrected.
+    fn refused(&self, error: &StreamError) -> BadInput {
+        match error {
+            StreamError::Refused(_) => self.computes().err(),
+            _ => None,
+        }
+        .unwrap_or_else(|| self.bad(error))
+    }
+
     /// Corrects the program into its file, which gets its name once the check, if one was asked for, has passed.
     fn write(&self, mark: String) -> Result<WrittenProgram, BadInput> {
         let (arguments, output) = (self.arguments, self.arguments.output());
-        let mut corrector = match self.job.corrector(mark) {
-            Ok(corrector) => corrector,
-            Err(cause) => {
-                self.computes()?;
-                return Err(BadInput::new(
-                    cause,
-                    "see the setup in the example of trueaxis gcode --help",
-                ));
-            }
-        };
+        let mut corrector = self.corrector(mark)?;
         let reader = self.open()?;
-        let scratch = arguments.check.then(Scratch::new).transpose();
-        let map = RefCell::new(scratch.map_err(|error| {
-            BadInput::new(
-                format!("a temporary file cannot be made: {error}"),
-                "check the folder of temporary files, or leave out --check",
-            )
-        })?);
-        let (mut failed, mut bad, mut found, mut withheld) = (None, None, None, false);
+        let map = RefCell::new(self.map_of_lines()?);
+        let refusal = RefCell::new(None);
+        let (mut found, mut withheld) = (None, false);
         let write = |file: &mut replace::NewContent<'_>| {
             let done = self.correct(reader, file, map.borrow_mut().as_mut(), &mut corrector);
             done.map_err(|error| {
-                failed = Some(error);
+                refusal.replace(Some(self.refused(&error)));
                 std::io::Error::other("the program is refused")
             })
         };
@@ -181,34 +176,23 @@ impl ReadProgram<'_> {
                     withheld = arguments.in_place && !checked.holds(&self.job.options);
                     found = Some(checked);
                 }
-                Err(error) => bad = Some(error),
+                Err(error) => _ = refusal.replace(Some(error)),
             }
-            match (&bad, withheld) {
-                (None, false) => Ok(()),
-                _ => Err(std::io::Error::other("the check fails")),
+            match withheld || refusal.borrow().is_some() {
+                false => Ok(()),
+                true => Err(std::io::Error::other("the check fails")),
             }
         };
         let done = replace::replace_by(output, write, accept);
-        if let Some(error) = bad {
-            return Err(error);
+        if let Some(refusal) = refusal.into_inner() {
+            return Err(refusal);
         }
-        if let Some(error) = failed {
-            if matches!(error, StreamError::Refused(_)) {
-                self.computes()?;
-            }
-            return Err(self.bad(&error));
+        if !withheld {
+            done.map_err(|error| not_written(output, &error))?;
         }
-        let done = if withheld { Ok(()) } else { done };
-        let output = output.display();
-        done.map_err(|error| {
-            BadInput::new(
-                format!("{output}: cannot be written: {error}"),
-                "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
-            )
-        })?;
         if arguments.check && found.is_none() {
             return Err(BadInput::new(
-                format!("--check: {output} cannot be read back"),
+                format!("--check: {} cannot be read back", output.display()),
                 "write into a file",
             ));
         }
@@ -219,6 +203,27 @@ impl ReadProgram<'_> {
             report: corrector.report,
             found,
             withheld,
+        })
+    }
+
+    fn corrector(&self, mark: String) -> Result<Corrector<'_>, BadInput> {
+        self.job.corrector(mark).or_else(|cause| {
+            self.computes()?;
+            Err(BadInput::new(
+                cause,
+                "see the setup in the example of trueaxis gcode --help",
+            ))
+        })
+    }
+
+    /// Which lines of the corrected program belong to which of the program: the check needs it.
+    fn map_of_lines(&self) -> Result<Option<Scratch>, BadInput> {
+        let scratch = self.arguments.check.then(Scratch::new).transpose();
+        scratch.map_err(|error| {
+            BadInput::new(
+                format!("a temporary file cannot be made: {error}"),
+                "check the folder of temporary files, or leave out --check",
+            )
         })
     }
 

@@ -73,7 +73,6 @@ fn number(value: Option<f64>, factor: f64) -> String {
 fn screen(machine: &Machine, name: &str, line: &AxisRuns, found: &Analysis) -> String {
     let axis = &machine.axes[line.setup.moved];
     let (factor, unit) = shown(line);
-    let show = |value| number(value, factor);
     let mut text = format!(
         "{name}: {}, {} targets, {} runs ↑, {} ↓ ({unit})\n\n",
         axis.letter,
@@ -81,9 +80,18 @@ fn screen(machine: &Machine, name: &str, line: &AxisRuns, found: &Analysis) -> S
         found.runs[0],
         found.runs[1]
     );
-    text += &format!(
+    text += &targets(axis.unit(), found, factor);
+    if let Some(reason) = found.not_to_the_standard() {
+        text += &format!("\nnot to ISO 230-2: {reason}\n");
+    }
+    text + &results(found, factor)
+}
+
+/// A line for each target.
+fn targets(unit: &str, found: &Analysis, factor: f64) -> String {
+    let mut text = format!(
         "{:>12}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}\n",
-        format!("target ({})", axis.unit()),
+        format!("target ({unit})"),
         "x̄↑",
         "x̄↓",
         "s↑",
@@ -91,6 +99,7 @@ fn screen(machine: &Machine, name: &str, line: &AxisRuns, found: &Analysis) -> S
         "B",
         "R"
     );
+    let show = |value| number(value, factor);
     for t in &found.targets {
         text += &format!(
             "{:>12} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8}\n",
@@ -103,28 +112,32 @@ fn screen(machine: &Machine, name: &str, line: &AxisRuns, found: &Analysis) -> S
             show(t.both)
         );
     }
-    if let Some(reason) = found.not_to_the_standard() {
-        text += &format!("\nnot to ISO 230-2: {reason}\n");
-    }
-    text += "\n                                        ↑        ↓     both\n";
-    let mut row = |what: &str, one: [Option<f64>; 2], both: Option<f64>| {
-        let [up, down] = one.map(show);
-        text += &format!("{what:<32} {up:>8} {down:>8} {:>8}\n", show(both));
-    };
-    row("accuracy A", found.accuracy, found.accuracy_both);
-    row(
-        "systematic deviation E",
-        found.systematic,
-        found.systematic_both,
-    );
-    row(
-        "repeatability R",
-        found.repeatability,
-        found.repeatability_both,
-    );
+    text
+}
+
+/// The values for the whole axis.
+fn results(found: &Analysis, factor: f64) -> String {
     let none = [None; 2];
-    row("range of mean deviations M", none, found.mean_range);
-    row("reversal value B", none, found.reversal);
-    row("mean reversal value", none, found.mean_reversal);
+    let rows = [
+        ("accuracy A", found.accuracy, found.accuracy_both),
+        (
+            "systematic deviation E",
+            found.systematic,
+            found.systematic_both,
+        ),
+        (
+            "repeatability R",
+            found.repeatability,
+            found.repeatability_both,
+        ),
+        ("range of mean deviations M", none, found.mean_range),
+        ("reversal value B", none, found.reversal),
+        ("mean reversal value", none, found.mean_reversal),
+    ];
+    let mut text = "\n                                        ↑        ↓     both\n".to_owned();
+    for (what, one, both) in rows {
+        let [up, down, both] = [one[0], one[1], both].map(|value| number(value, factor));
+        text += &format!("{what:<32} {up:>8} {down:>8} {both:>8}\n");
+    }
     text
 }

@@ -89,25 +89,25 @@ fn screen(name: &str, measured: &Displacements, found: &[DriftAnalysis], at: &[f
             text += &format!("{:>13}", format!("at {minutes} min"));
         }
         text.push('\n');
-        for drift in &analysis.drifts {
-            let (factor, unit) = drift.unit.shown();
-            // Avoids "-0.00".
-            let number = |v: f64| format!("{:.2}", (v * factor * 100.0).round() / 100.0 + 0.0);
-            text += &format!(
-                "{:<28}{:>10}",
-                format!("{} ({unit})", drift.name),
-                number(drift.range)
-            );
-            if let Some([until, after]) = drift.stopped {
-                text += &format!("{:>12}{:>10}", number(until), number(after));
-            }
-            for value in &drift.at {
-                text += &format!("{:>13}", value.map_or_else(|| "–".to_owned(), number));
-            }
-            text.push('\n');
-        }
+        text.extend(analysis.drifts.iter().map(row));
     }
     text
+}
+
+/// The drift in one direction.
+fn row(drift: &DriftKind) -> String {
+    let (factor, unit) = drift.unit.shown();
+    // Avoids "-0.00".
+    let number = |v: f64| format!("{:.2}", (v * factor * 100.0).round() / 100.0 + 0.0);
+    let name = format!("{} ({unit})", drift.name);
+    let mut text = format!("{name:<28}{:>10}", number(drift.range));
+    if let Some([until, after]) = drift.stopped {
+        text += &format!("{:>12}{:>10}", number(until), number(after));
+    }
+    for value in &drift.at {
+        text += &format!("{:>13}", value.map_or_else(|| "–".to_owned(), number));
+    }
+    text + "\n"
 }
 
 /// The courses of what has the same unit in a picture, with its name.
@@ -138,43 +138,30 @@ fn pictures(measured: &Displacements, found: &[DriftAnalysis]) -> Vec<(String, P
 
 /// Courses over time.
 fn picture(measured: &Displacements, what: &str, drifts: &[&DriftKind]) -> Picture {
-    const INKS: [Ink; 6] = [
-        Ink::Accent,
-        Ink::Before,
-        Ink::Other,
-        Ink::After,
-        Ink::Text,
-        Ink::Muted,
-    ];
     let [first, last] = measured.span();
     let (factor, unit) = drifts[0].unit.shown();
     let hours = |time: f64| (time - first) / 3600.0;
-    let series = drifts.iter().enumerate().map(|(k, drift)| Series {
-        name: drift.name.clone(),
-        ink: INKS[k % INKS.len()],
-        mark: if k < INKS.len() {
-            Mark::Line
-        } else {
-            Mark::Dashed
-        },
-        points: (drift.course.iter())
-            .map(|[time, value]| [hours(*time), value * factor])
-            .collect(),
+    let series = drifts.iter().enumerate().map(|(k, drift)| {
+        let (ink, mark) = stroke(k);
+        Series {
+            name: drift.name.clone(),
+            ink,
+            mark,
+            points: (drift.course.iter())
+                .map(|[time, value]| [hours(*time), value * factor])
+                .collect(),
+        }
     });
     let mut series: Vec<Series> = series.collect();
-    let values: Vec<f64> = series
-        .iter()
-        .flat_map(|s| &s.points)
-        .map(|p| p[1])
-        .collect();
+    let values = series.iter().flat_map(|s| &s.points).map(|p| p[1]);
+    let title = format!("{what} ({unit})");
     let y = match drifts[0].unit {
         // Temperatures are far from zero.
         Unit::Temperature => {
-            let (low, high) =
-                (values.iter()).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
-            Scale::exact(format!("{what} ({unit})"), [low - 0.5, high + 0.5])
+            let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+            Scale::exact(title, [low - 0.5, high + 0.5])
         }
-        _ => Scale::around(format!("{what} ({unit})"), values.iter().copied()),
+        _ => Scale::around(title, values),
     };
     if let Some(stop) = measured.stop {
         series.push(Series {
@@ -192,4 +179,21 @@ fn picture(measured: &Displacements, what: &str, drifts: &[&DriftKind]) -> Pictu
         series,
     }
     .draw()
+}
+
+/// How the course with this number is drawn.
+fn stroke(number: usize) -> (Ink, Mark) {
+    const INKS: [Ink; 6] = [
+        Ink::Accent,
+        Ink::Before,
+        Ink::Other,
+        Ink::After,
+        Ink::Text,
+        Ink::Muted,
+    ];
+    let mark = match number < INKS.len() {
+        true => Mark::Line,
+        false => Mark::Dashed,
+    };
+    (INKS[number % INKS.len()], mark)
 }

@@ -198,17 +198,21 @@ fn screen(imported: &Imported) -> String {
             measurements[location.from].name
         );
     }
-    if !found.slopes.is_empty() {
+    text + &removed_slopes(imported) + SIGNS
+}
+
+/// The slopes of the straightedges, if any were removed.
+fn removed_slopes(imported: &Imported) -> String {
+    let slopes = &imported.found.slopes;
+    let mut text = String::new();
+    if !slopes.is_empty() {
         text += "\nslope of the straightedge, which was removed\n";
     }
-    for (file, slope) in &found.slopes {
-        text += &format!(
-            "  {:.2} µrad in {}\n",
-            slope * 1e6,
-            measurements[*file].name
-        );
+    for (file, slope) in slopes {
+        let name = &imported.measurements[*file].name;
+        text += &format!("  {:.2} µrad in {name}\n", slope * 1e6);
     }
-    text + SIGNS
+    text
 }
 
 /// What nothing but the machine can show.

@@ -122,10 +122,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(port) => Box::new(WatchedBoard::connect(port)?),
         None => Box::new(PinValues::read()?),
     };
-    let live = std::io::stdout().is_terminal();
+    let mut drawn = DrawnTable::new();
     let start = Instant::now();
     let interval = Duration::from_millis(arguments.interval);
-    let (mut drawn, mut columns) = (0, String::new());
+    let mut columns = String::new();
     let (mut due, mut sample) = (start, 0);
     while arguments.count.is_none_or(|count| sample < count) {
         if sample > 0 {
@@ -145,13 +145,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             }
             text += &source.line(seconds);
         } else {
-            if live && drawn > 0 {
-                // Redraw: move up and clear to the end of the screen.
-                text = format!("\x1b[{drawn}A\x1b[J");
-            }
-            let shown = source.table();
-            drawn = shown.lines().count();
-            text += &shown;
+            text = drawn.replaced_by(&source.table());
         }
         if !files::stream(&text)? {
             break;
@@ -159,6 +153,30 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         sample += 1;
     }
     Ok(Outcome::Done)
+}
+
+/// The table on the screen, which the next one replaces.
+struct DrawnTable {
+    is_terminal: bool,
+    lines: usize,
+}
+
+impl DrawnTable {
+    fn new() -> Self {
+        Self {
+            is_terminal: std::io::stdout().is_terminal(),
+            lines: 0,
+        }
+    }
+
+    fn replaced_by(&mut self, table: &str) -> String {
+        let before = std::mem::replace(&mut self.lines, table.lines().count());
+        match self.is_terminal && before > 0 {
+            // Move up and clear to the end of the screen.
+            true => format!("\x1b[{before}A\x1b[J{table}"),
+            false => table.to_owned(),
+        }
+    }
 }
 
 /// Names of the active conditions.
@@ -232,69 +250,75 @@ fn table(
     report: &Report,
     health: Option<Health>,
 ) -> String {
-    let mut text = String::new();
-    let t = &mut text;
     let (firmware, board) = (&controller.firmware, &controller.board);
     let machine = match controller.machine.as_str() {
         "" => "no machine",
         name => name,
     };
-    // Writing to a string cannot fail.
-    *t += &format!("{port}: {firmware} on {board}, {machine}\n");
+    let mut text = format!("{port}: {firmware} on {board}, {machine}\n");
     for (name, report) in ["A", "B"].into_iter().zip(&controller.slots) {
         let (state, erased) = (slot(report.state), report.erased);
-        *t += &format!("slot {name}       {state}; erased {erased} times\n");
+        text += &format!("slot {name}       {state}; erased {erased} times\n");
     }
-    *t += &format!("compensation {}\n", activation(report.activation));
+    text += &corrections(report);
+    if let Some(health) = health {
+        text += &well(&health);
+    }
+    for (k, value) in report.auxiliaries.iter().enumerate() {
+        let lost = match (report.sensors_lost >> k) & 1 {
+            0 => "",
+            _ => " (sensor lost, last value kept)",
+        };
+        text += &format!("auxiliary {k}  {value:.3}{lost}\n");
+    }
+    text + &axes(&controller.axes, report)
+}
+
+/// Which compensation is in use, and whether it corrects.
+fn corrections(report: &Report) -> String {
+    let mut text = format!("compensation {}\n", activation(report.activation));
     let wanted = match (report.enabled, report.dry_run) {
         (false, _) => "disabled",
         (true, false) => "enabled",
         (true, true) => "dry run",
     };
     let holds = conditions(report.conditions).join(", ");
-    *t += &format!(
+    text += &format!(
         "corrections  {wanted}, factor {:.3}; {holds}\n",
         report.factor
     );
     if report.suspended {
-        *t += "servo        paused for an upload\n";
+        text += "servo        paused for an upload\n";
     }
     if let Some(state) = upload(report.upload) {
-        *t += &format!("upload       {state}\n");
+        text += &format!("upload       {state}\n");
     }
     if let Some(fault) = report.fault {
-        *t += &format!("fault        {fault}\n");
+        text += &format!("fault        {fault}\n");
     }
-    *t += &format!(
+    text + &format!(
         "updates      {}, {} without a command; worst {} {}\n",
         report.updates,
         report.missed,
         report.worst_cost,
         unit(report)
-    );
-    if let Some(health) = health {
-        text += &well(&health);
-    }
-    let t = &mut text;
-    for (k, value) in report.auxiliaries.iter().enumerate() {
-        let lost = match (report.sensors_lost >> k) & 1 {
-            0 => "",
-            _ => " (sensor lost, last value kept)",
-        };
-        *t += &format!("auxiliary {k}  {value:.3}{lost}\n");
-    }
-    *t += &format!(
+    )
+}
+
+/// A line for each axis.
+fn axes(letters: &str, report: &Report) -> String {
+    let mut text = format!(
         "axis {:>14} {:>12} {:>12}  {:>26}\n",
         "position", "correction", "computed", "value/rate/travel limited"
     );
-    for (k, letter) in controller.axes.chars().enumerate().take(MOST_AXES) {
+    for (k, letter) in letters.chars().enumerate().take(MOST_AXES) {
         let at = |values: &[f32]| values.get(k).copied().unwrap_or_default();
         let counted = report.limits.get(k).copied().unwrap_or_default();
         let homed = match (report.referenced >> k) & 1 {
             0 => "  not referenced",
             _ => "",
         };
-        *t += &format!(
+        text += &format!(
             "{letter:<4} {:>14.4} {:>12.5} {:>12.5}  {:>26}  {}{homed}\n",
             at(&report.positions),
             at(&report.dq),

@@ -12,8 +12,9 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use kinds::KINDS;
 use std::io::{IsTerminal, stderr, stdin};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
 
 /// Begin: write a machine file and an error file with comments
 ///
@@ -71,17 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     }
-    let given = GivenOptions {
-        kind: arguments.kind.as_deref(),
-        layout: arguments.layout.as_deref(),
-        unit: arguments.unit,
-        travel: arguments.travel.as_deref(),
-        rotary: &arguments.rotary,
-    };
-    let answers = match stdin().is_terminal() && stderr().is_terminal() {
-        true => given.ask(&mut stdin().lock(), &mut stderr())?,
-        false => given.answers()?,
-    };
+    let answers = arguments.answers()?;
     let tool = answers.unit.mm(arguments.tool);
     let text = Text {
         name: machine.display().to_string(),
@@ -96,20 +87,39 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     files::make_folder(folder)?;
     files::write(&machine, text.text.as_bytes())?;
     files::write(&errors, empty.text.as_bytes())?;
-    let first = described
-        .axes
-        .first()
-        .map_or('X', |axis| axis.letter.char());
-    files::print(&format!(
+    let blob = folder.join("machine.trax");
+    files::print(&said(&described, [&text.name, &empty.name], &blob))?;
+    Ok(Outcome::Done)
+}
+
+/// What the new files are, and what comes next.
+fn said(described: &Machine, [machine, errors]: [&str; 2], blob: &Path) -> String {
+    let first = described.axes.first();
+    let first = first.map_or('X', |axis| axis.letter.char());
+    format!(
         "{machine}: {}\n{errors}: no errors yet\n\n\
          next, compare the signs with the machine:   trueaxis pose {machine} --at {first}=10\n\
          then enter what you have measured, and:     trueaxis compile {machine} {errors} -o {}\n",
         described.topology(),
-        folder.join("machine.trax").display(),
-        machine = machine.display(),
-        errors = errors.display(),
-    ))?;
-    Ok(Outcome::Done)
+        blob.display(),
+    )
+}
+
+impl Arguments {
+    /// From a person at a terminal, otherwise by options alone.
+    fn answers(&self) -> Result<Answers, BadInput> {
+        let given = GivenOptions {
+            kind: self.kind.as_deref(),
+            layout: self.layout.as_deref(),
+            unit: self.unit,
+            travel: self.travel.as_deref(),
+            rotary: &self.rotary,
+        };
+        match stdin().is_terminal() && stderr().is_terminal() {
+            true => given.ask(&mut stdin().lock(), &mut stderr()),
+            false => given.answers(),
+        }
+    }
 }
 
 /// A name as TOML: a string of JSON is one.

@@ -41,31 +41,7 @@ pub fn screen(setup: &Setup<'_>, planned: &Planned, minutes: f64) -> String {
         MinimalParameters::of(machine)
     );
     parameters(&mut text, judgement, other);
-    let spread =
-        |text: &mut String, name: &str, [one, two]: [Option<&UncertaintySpread>; 2], scale: f64| {
-            *text += &format!("  {name:<17}");
-            for (spread, first) in [(one, 9), (two, 15)] {
-                if let Some(spread) = spread {
-                    let [mean, most_of, largest] =
-                        [spread.mean, spread.most_of, spread.largest].map(|v| v * scale);
-                    *text += &format!("{mean:>first$.2}{most_of:>9.2}{largest:>9.2}");
-                }
-            }
-            text.push('\n');
-        };
-    text += "\nstandard over travel     mean     95 %  largest";
-    if other.is_some() {
-        text += "    other: mean     95 %  largest";
-    }
-    text.push('\n');
-    spread(
-        &mut text,
-        "tip (µm)",
-        [Some(&judgement.tip), other.map(|o| &o.tip)],
-        1e3,
-    );
-    let directions = [Some(&judgement.direction), other.map(|o| &o.direction)];
-    spread(&mut text, "direction (µrad)", directions, 1e6);
+    over_travel(&mut text, judgement, other);
     unidentifiable::lines(
         &mut text,
         "by this plan",
@@ -83,6 +59,31 @@ pub fn screen(setup: &Setup<'_>, planned: &Planned, minutes: f64) -> String {
         more(&mut text, judgement.unreachable.len());
     }
     text
+}
+
+/// The standard uncertainty of tip and direction over the travel.
+fn over_travel(text: &mut String, judgement: &Judgement, other: Option<&Judgement>) {
+    *text += "\nstandard over travel     mean     95 %  largest";
+    if other.is_some() {
+        *text += "    other: mean     95 %  largest";
+    }
+    text.push('\n');
+    type SpreadOf = fn(&Judgement) -> &UncertaintySpread;
+    let rows: [(&str, SpreadOf, f64); 2] = [
+        ("tip (µm)", |j| &j.tip, 1e3),
+        ("direction (µrad)", |j| &j.direction, 1e6),
+    ];
+    for (name, spread, scale) in rows {
+        *text += &format!("  {name:<17}");
+        for (judgement, first) in [(Some(judgement), 9), (other, 15)] {
+            if let Some(spread) = judgement.map(spread) {
+                let [mean, most_of, largest] =
+                    [spread.mean, spread.most_of, spread.largest].map(|v| v * scale);
+                *text += &format!("{mean:>first$.2}{most_of:>9.2}{largest:>9.2}");
+            }
+        }
+        text.push('\n');
+    }
 }
 
 fn parameters(text: &mut String, judgement: &Judgement, other: Option<&Judgement>) {

@@ -67,19 +67,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(path) => Some(files::read_errors(path, &machine)?),
         None => None,
     };
-    let along = arguments.positions.as_ref().map(|positions| EvalAlong {
-        positions: positions.clone(),
-        output: arguments.output.clone(),
-        json: arguments.json,
-    });
+    let along = arguments.along();
     let rows = match &along {
-        Some(along) => {
-            let sensors = errors.iter().flat_map(|errors| &errors.sensors);
-            let inputs = ColumnInput::of_machine(&machine, sensors);
-            let mut others = vec![arguments.machine.as_path()];
-            others.extend(arguments.errors.as_deref());
-            along.read(&inputs, &others)?
-        }
+        Some(along) => arguments.rows(along, &machine, errors.as_ref())?,
         None => vec![arguments.position(&machine, errors.as_ref())?],
     };
     let poses = poses(&machine, errors.as_ref(), &rows);
@@ -99,17 +89,38 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     for outside in &outside {
         eprintln!("warning: {outside}");
     }
-    if arguments.json {
-        files::print_json(&answer)?;
-    } else {
-        for at in &poses {
-            files::print(&screen(&machine, at))?;
-        }
+    let screens = poses.iter().map(|at| screen(&machine, at));
+    match arguments.json {
+        true => files::print_json(&answer)?,
+        false => files::print(&screens.collect::<String>())?,
     }
     Ok(Outcome::Done)
 }
 
 impl Arguments {
+    /// The file of positions, if there is one.
+    fn along(&self) -> Option<EvalAlong> {
+        Some(EvalAlong {
+            positions: self.positions.clone()?,
+            output: self.output.clone(),
+            json: self.json,
+        })
+    }
+
+    /// The rows of the file of positions.
+    fn rows(
+        &self,
+        along: &EvalAlong,
+        machine: &Machine,
+        errors: Option<&ErrorModel>,
+    ) -> Result<Vec<Vec<f64>>, BadInput> {
+        let sensors = errors.into_iter().flat_map(|errors| &errors.sensors);
+        let inputs = ColumnInput::of_machine(machine, sensors);
+        let mut others = vec![self.machine.as_path()];
+        others.extend(self.errors.as_deref());
+        along.read(&inputs, &others)
+    }
+
     /// The row for `--at`: the machine's own tool, reference temperatures.
     fn position(
         &self,
@@ -182,16 +193,19 @@ fn screen(machine: &Machine, at: &PosesAt) -> String {
                 row(&format!("actual less nominal ({unit})"), off, 2);
             }
         };
-    block(
-        "tool tip in the workpiece frame (mm)",
-        |t| t.tip,
-        4,
-        "µm",
-        1e3,
-    );
+    let title = "tool tip in the workpiece frame (mm)";
+    block(title, |t| t.tip, 4, "µm", 1e3);
     let title = "tool direction, from the tip to the spindle";
     block(title, |t| t.direction, 6, "µrad", 1e6);
-    text += "\na positive command, in the foundation frame         along or about                    through (mm)\n";
+    text += &axis_lines(axes);
+    text.lines()
+        .map(|l| l.trim_end().to_owned() + "\n")
+        .collect()
+}
+
+/// What a positive command of each axis does.
+fn axis_lines(axes: &[AxisLine]) -> String {
+    let mut text = "\na positive command, in the foundation frame         along or about                    through (mm)\n".to_owned();
     for AxisLine {
         axis,
         carries,
@@ -211,9 +225,7 @@ fn screen(machine: &Machine, at: &PosesAt) -> String {
         };
         text += &format!("  {what:<34}{direction}   {point}\n");
     }
-    text.lines()
-        .map(|l| l.trim_end().to_owned() + "\n")
-        .collect()
+    text
 }
 
 /// A number with `digits` decimals, without a minus sign before zeros.

@@ -8,7 +8,9 @@ use super::quantity::count;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::probe::ORDERS;
-use trueaxis_measure::qualify::{ProbePriors, Qualified, QualifiedRecord, QualifyError, qualify};
+use trueaxis_measure::qualify::{
+    ProbePriors, ProbeUnknown, Qualified, QualifiedRecord, QualifyError, qualify,
+};
 use trueaxis_measure::spheres::{Touched, read_log};
 use trueaxis_model::machine::Machine;
 
@@ -181,22 +183,48 @@ impl Arguments {
 }
 
 fn screen(found: &Qualified, worst: usize, known: &ProbePriors) -> String {
-    let file = &found.file;
-    let um = |mm: f64| mm * 1e3;
     let mut text = format!(
-        "{} touches at {}, noise {:.2} µm; the worst is {:+.2} µm off (line {worst})\n\n\
-         effective tip                     standard\n  radius        {:>10.4} mm {:>8.2} µm\n",
+        "{} touches at {}, noise {:.2} µm; the worst is {:+.2} µm off (line {worst})\n\n{}",
         found.touches,
         count(found.positions, "rotary position"),
         um(found.noise),
         um(found.worst.1),
+        effective_tip(found)
+    );
+    if let Some(apart) = found.apart {
+        text += &format!(
+            "the centres of the ball at the rotary positions are {:.2} µm apart (rms): errors of the machine, and of the stated tip\n",
+            um(apart)
+        );
+    } else if known.place.is_none() && found.file.tip.iter().any(Option::is_some) {
+        text += "where the tip is rests on where the rotary axes are: their errors are not in its uncertainty\n";
+    }
+    if known.stylus.is_none() {
+        text += "the radius rests on --ball-diameter alone: --stylus-diameter would show an error of it\n";
+    }
+    if !found.undetermined.is_empty() {
+        let names: Vec<String> = found.undetermined.iter().map(ToString::to_string).collect();
+        text += &format!(
+            "not determined: {}; touch at other rotary positions and latitudes, or say where the ball is (--artefact)\n",
+            names.join(", ")
+        );
+    }
+    text
+}
+
+fn um(mm: f64) -> f64 {
+    mm * 1e3
+}
+
+/// Radius, shape and place of the tip, each with its uncertainty.
+fn effective_tip(found: &Qualified) -> String {
+    let file = &found.file;
+    let mut text = format!(
+        "effective tip                     standard\n  radius        {:>10.4} mm {:>8.2} µm\n",
         file.radius,
         um(file.radius_uncertainty)
     );
-    if !found
-        .undetermined
-        .contains(&trueaxis_measure::qualify::ProbeUnknown::Pole)
-    {
+    if !found.undetermined.contains(&ProbeUnknown::Pole) {
         text += &format!(
             "  at the pole   {:>+10.2} µm {:>8.2} µm\n",
             um(file.shape.pole),
@@ -220,24 +248,6 @@ fn screen(found: &Qualified, worst: usize, known: &ProbePriors) -> String {
                 um(uncertainty)
             );
         }
-    }
-    if let Some(apart) = found.apart {
-        text += &format!(
-            "the centres of the ball at the rotary positions are {:.2} µm apart (rms): errors of the machine, and of the stated tip\n",
-            um(apart)
-        );
-    } else if known.place.is_none() && file.tip.iter().any(Option::is_some) {
-        text += "where the tip is rests on where the rotary axes are: their errors are not in its uncertainty\n";
-    }
-    if known.stylus.is_none() {
-        text += "the radius rests on --ball-diameter alone: --stylus-diameter would show an error of it\n";
-    }
-    if !found.undetermined.is_empty() {
-        let names: Vec<String> = found.undetermined.iter().map(ToString::to_string).collect();
-        text += &format!(
-            "not determined: {}; touch at other rotary positions and latitudes, or say where the ball is (--artefact)\n",
-            names.join(", ")
-        );
     }
     text
 }

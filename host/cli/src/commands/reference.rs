@@ -115,23 +115,25 @@ fn arguments(command: &Command, nested: bool) -> Vec<String> {
     arguments.into_iter().map(written).collect()
 }
 
+/// The sentence that names the page of the manual for a command.
+fn page_link(name: &str) -> Option<String> {
+    let (_, page) = PAGES.iter().find(|(command, _)| *command == name)?;
+    let whole = std::fs::read_to_string(path(page)).unwrap();
+    let title = whole.lines().next().unwrap().trim_start_matches("# ");
+    Some(format!(" See [{title}]({page}.md)."))
+}
+
 /// Appends a command and those below it. `words` call it, `level` is the depth of its heading.
 fn list(text: &mut String, command: &Command, words: &str, level: usize) {
     let name = words.replace(" …", "");
     let name = name.trim_start_matches("trueaxis ");
     let about = command.get_about().map(ToString::to_string);
-    let page = PAGES.iter().find(|(command, _)| *command == name);
-    let page = page.map(|(_, page)| {
-        let whole = std::fs::read_to_string(path(page)).unwrap();
-        let title = whole.lines().next().unwrap().trim_start_matches("# ");
-        format!(" See [{title}]({page}.md).")
-    });
     let _ = writeln!(
         text,
         "\n{} `{name}`\n\n{}.{}",
         "#".repeat(level),
         about.unwrap_or_default(),
-        page.unwrap_or_default()
+        page_link(name).unwrap_or_default()
     );
     let inner: Vec<&Command> = command
         .get_subcommands()

@@ -131,14 +131,7 @@ impl SimulatedProbings {
         let (machine, errors) = self.files.read()?;
         let artefact = files::read_artefact(&self.artefact, &machine)?;
         let plan = files::read_plan(&self.plan, &machine)?;
-        let disturbances = Disturbances {
-            noise: self.noise * 1e-3,
-            drift: drift.map(|v| v * 1e-3),
-            drift_lag: self.drift_lag,
-            outliers: self.outliers * 1e-2,
-            outlier: self.outlier * 1e-3,
-            seed: self.seed,
-        };
+        let disturbances = self.disturbances(drift);
         let kinematics = Kinematics::new(&machine, &errors);
         let measured = match &self.active {
             None => simulate::probings(&kinematics, &artefact, &plan, &disturbances),
@@ -156,5 +149,17 @@ impl SimulatedProbings {
         let said = format!("{} probings of {balls}", measured.rows.len());
         files::write_or_print(self.output.as_deref(), &csv, &said)?;
         Ok(Outcome::Done)
+    }
+
+    /// What disturbs the probings, with a drift in µm, in the units of the model.
+    fn disturbances(&self, drift: [f64; 3]) -> Disturbances {
+        Disturbances {
+            noise: self.noise * 1e-3,
+            drift: drift.map(|v| v * 1e-3),
+            drift_lag: self.drift_lag,
+            outliers: self.outliers * 1e-2,
+            outlier: self.outlier * 1e-3,
+            seed: self.seed,
+        }
     }
 }

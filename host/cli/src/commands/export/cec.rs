@@ -302,25 +302,8 @@ fn comments<C: trueaxis::Room>(
         ),
     ];
     for (axis, sum) in cec::largest_sums(&plan.tables, factor_tables) {
-        // Rounded up: the controller must not allow less.
-        let sum = (sum * 1e6).ceil() / 1e6;
-        let (name, unit) = (
-            axes.name(axis),
-            if axes.is_rotary(axis) { "deg" } else { "mm" },
-        );
-        comments.push(format!(
-            "{name}: MD32710 $MA_CEC_ENABLE 1; MD32720 $MA_CEC_MAX_SUM at least {sum:.6} {unit}"
-        ));
-        // In the unit of MD32000, rounded up.
-        let rate = f64::from(compensation.axes()[axis].rate_bound);
-        let up = |value: f64, step: f64| (value / step).ceil() * step;
-        let rate = match axes.is_rotary(axis) {
-            true => format!("{:.4} rev/min", up(rate * 60.0 / 360.0, 1e-4)),
-            false => format!("{:.1} mm/min", up(rate * 60.0, 0.1)),
-        };
-        comments.push(format!(
-            "{name}: MD32730 $MA_CEC_MAX_VELO at least {rate}, as a percentage of MD32000"
-        ));
+        let rate = compensation.axes()[axis].rate_bound;
+        comments.extend(axis_limits(axes, axis, sum, rate.into()));
     }
     if plan.tables.iter().any(|table| table.times.is_some()) {
         comments.push(
@@ -333,6 +316,27 @@ fn comments<C: trueaxis::Room>(
         );
     }
     comments
+}
+
+/// What the machine data of an axis must allow, rounded up: `sum` in mm or degrees, `rate` per second.
+fn axis_limits(axes: &NamedAxes, axis: usize, sum: f64, rate: f64) -> [String; 2] {
+    let name = axes.name(axis);
+    let sum = (sum * 1e6).ceil() / 1e6;
+    let up = |value: f64, step: f64| (value / step).ceil() * step;
+    // In the unit of MD32000.
+    let (unit, rate) = match axes.is_rotary(axis) {
+        true => (
+            "deg",
+            format!("{:.4} rev/min", up(rate * 60.0 / 360.0, 1e-4)),
+        ),
+        false => ("mm", format!("{:.1} mm/min", up(rate * 60.0, 0.1))),
+    };
+    [
+        format!(
+            "{name}: MD32710 $MA_CEC_ENABLE 1; MD32720 $MA_CEC_MAX_SUM at least {sum:.6} {unit}"
+        ),
+        format!("{name}: MD32730 $MA_CEC_MAX_VELO at least {rate}, as a percentage of MD32000"),
+    ]
 }
 
 fn screen(answer: &ExportCecAnswer<'_>, plan: &CecPlan, axes: &NamedAxes) -> String {
@@ -364,11 +368,16 @@ fn screen(answer: &ExportCecAnswer<'_>, plan: &CecPlan, axes: &NamedAxes) -> Str
     for note in told {
         text += &format!("{note}\n");
     }
-    text += &format!(
+    text + &differences(answer.verification)
+}
+
+/// What the tables that were read again differ by.
+fn differences(verification: &CecProof) -> String {
+    let mut text = format!(
         "\nread again, {} random positions\naxis  largest correction   differs by   on the other kind of controller by\n",
-        answer.verification.positions
+        verification.positions
     );
-    for a in &answer.verification.axes {
+    for a in &verification.axes {
         text += &format!(
             "{}  {:>16.3} {u:<4} {:>12.4} {u:<4} {:>12.3} {u}\n",
             a.axis,

@@ -1,5 +1,6 @@
 //! Options of every export that may leave something of a compensation, and what it left.
 
+use super::ExportVerdict;
 use crate::commands::number::positive;
 use crate::commands::random::RandomOptions;
 use crate::commands::{Outcome, bad_input::BadInput, files};
@@ -51,15 +52,13 @@ impl Arguments {
         more: &impl Serialize,
     ) -> Result<Outcome, BadInput> {
         let urad = tolerance_urad(of_blob(runtime.compensation().policy()), self.tolerance);
-        let meets = found.iter().all(|axis| {
-            axis.difference
-                <= match axis.unit {
-                    "µm" => self.tolerance,
-                    _ => urad,
-                }
-        });
-        let written = meets || self.best_effort;
-        for (path, text) in texts.iter().filter(|_| written) {
+        let tolerance = |axis: &Difference| match axis.unit {
+            "µm" => self.tolerance,
+            _ => urad,
+        };
+        let meets = found.iter().all(|axis| axis.difference <= tolerance(axis));
+        let verdict = ExportVerdict::new(meets, self.best_effort);
+        for (path, text) in texts.iter().filter(|_| verdict.written) {
             if let Some(folder) = path.parent() {
                 files::make_folder(folder)?;
             }
@@ -68,7 +67,7 @@ impl Arguments {
         if self.json {
             files::print_json(&LeftAnswer {
                 files: texts.iter().map(|(path, _)| path.as_path()).collect(),
-                written,
+                written: verdict.written,
                 meets_tolerance: meets,
                 tolerance_um: self.tolerance,
                 positions: self.random.random,
@@ -78,18 +77,8 @@ impl Arguments {
         } else {
             files::print(&format!("{screen}{}", table(found, self.random.random)))?;
         }
-        if meets {
-            return Ok(Outcome::Done);
-        }
-        eprintln!(
-            "more than {} µm remains{}: {stays}",
-            self.tolerance,
-            match written {
-                true => "",
-                false => ", and nothing is written (--best-effort would)",
-            }
-        );
-        Ok(Outcome::CheckFailed)
+        let remains = format!("more than {} µm remains", self.tolerance);
+        Ok(verdict.outcome(&remains, stays))
     }
 }
 

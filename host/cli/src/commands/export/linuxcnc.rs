@@ -5,7 +5,7 @@ use crate::commands::linuxcnc::configuration;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::comp_file::{self, CompFile, ExportError, Type};
 use trueaxis_tables::validate::Runtime;
 
@@ -64,28 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         positions,
         random.seed,
     );
-    let (made, found) = made.map_err(|error| {
-        let remedy = match error {
-            ExportError::NoJoint(_) => "give the INI file of this machine, or compile for its axes",
-            ExportError::Read(..) => {
-                "this is a fault of trueaxis: please report it with the compensation"
-            }
-        };
-        BadInput::new(format!("{}: {error}", path.display()), remedy)
-    })?;
-    let name = |file: &CompFile| format!("joint{}.comp", file.joint.number);
-    let mut screen = match made.is_empty() {
-        true => "no joint has an error of its own\n".to_owned(),
-        false => "write into the INI file:\n".to_owned(),
-    };
-    for file in &made {
-        screen += &format!(
-            "  [JOINT_{}]\n  COMP_FILE = {}\n  COMP_FILE_TYPE = {}\n",
-            file.joint.number,
-            name(file),
-            arguments.kind
-        );
-    }
+    let (made, found) = made.map_err(|error| refused(&error, path))?;
     let texts: Vec<(PathBuf, String)> = (made.iter())
         .map(|file| (arguments.output.join(name(file)), file.text.clone()))
         .collect();
@@ -98,6 +77,37 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             .map(|file| [file.joint.number, file.lines])
             .collect(),
     };
+    let screen = ini_lines(&made, arguments.kind);
     let stays = "COMP_FILE corrects a joint by its own position only; the component corrects the rest (`trueaxis linuxcnc setup`)";
     (arguments.left).write(&runtime, &texts, &found, &screen, stays, &more)
+}
+
+fn refused(error: &ExportError, path: &Path) -> BadInput {
+    let remedy = match error {
+        ExportError::NoJoint(_) => "give the INI file of this machine, or compile for its axes",
+        ExportError::Read(..) => {
+            "this is a fault of trueaxis: please report it with the compensation"
+        }
+    };
+    BadInput::new(format!("{}: {error}", path.display()), remedy)
+}
+
+fn name(file: &CompFile) -> String {
+    format!("joint{}.comp", file.joint.number)
+}
+
+/// What names the files in the INI file.
+fn ini_lines(made: &[CompFile], kind: u8) -> String {
+    if made.is_empty() {
+        return "no joint has an error of its own\n".to_owned();
+    }
+    let mut text = "write into the INI file:\n".to_owned();
+    for file in made {
+        text += &format!(
+            "  [JOINT_{}]\n  COMP_FILE = {}\n  COMP_FILE_TYPE = {kind}\n",
+            file.joint.number,
+            name(file)
+        );
+    }
+    text
 }

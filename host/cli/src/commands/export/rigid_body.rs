@@ -1,5 +1,6 @@
 //! `trueaxis export isg` and `heidenhain`: errors for controls that have a model of the machine.
 
+use super::ExportVerdict;
 use crate::commands::files::MachineFiles;
 use crate::commands::number::positive;
 use crate::commands::random::RandomOptions;
@@ -91,47 +92,39 @@ impl RigidBodyOptions {
         for (path, _) in texts {
             files::prepare(path, &inputs)?;
         }
-        let meets = left.tip_um <= self.tolerance;
-        let written = meets || self.best_effort;
-        for (path, text) in texts.iter().filter(|_| written) {
+        let verdict = ExportVerdict::new(left.tip_um <= self.tolerance, self.best_effort);
+        for (path, text) in texts.iter().filter(|_| verdict.written) {
             files::write(path, text.as_bytes())?;
         }
         let paths = texts.iter().map(|(path, _)| path.as_path());
         if self.json {
             files::print_json(&RigidBodyAnswer {
                 files: paths.collect(),
-                written,
-                meets_tolerance: meets,
+                written: verdict.written,
+                meets_tolerance: verdict.meets,
                 tolerance_um: self.tolerance,
                 left,
             })?;
         } else {
             let names: Vec<String> = paths.map(|path| path.display().to_string()).collect();
-            files::print(&format!(
-                "{}\nread again, {} random positions, largest\n                     without       with\n\
-                 error of the tip    {:>8.2}   {:>8.2} µm\nof its direction    {:>8.2}   {:>8.2} µrad, which the control \
-                 does not correct\n",
-                names.join(", "),
-                self.random.random,
-                left.tip_before_um,
-                left.tip_um,
-                left.direction_before_urad,
-                left.direction_urad
-            ))?;
+            let random = self.random.random;
+            files::print(&format!("{}\n{}", names.join(", "), screen(left, random)))?;
         }
-        if meets {
-            return Ok(Outcome::Done);
-        }
-        eprintln!(
-            "more than {} µm remains at the tip{}: the control knows no direction of travel, and straight lines between points",
-            self.tolerance,
-            match written {
-                true => "",
-                false => ", and nothing is written (--best-effort would)",
-            }
-        );
-        Ok(Outcome::CheckFailed)
+        Ok(verdict.outcome(
+            &format!("more than {} µm remains at the tip", self.tolerance),
+            "the control knows no direction of travel, and straight lines between points",
+        ))
     }
+}
+
+/// What the errors were, and what is left of them.
+fn screen(left: &RemainingErrors, positions: u32) -> String {
+    format!(
+        "read again, {positions} random positions, largest\n                     without       with\n\
+         error of the tip    {:>8.2}   {:>8.2} µm\nof its direction    {:>8.2}   {:>8.2} µrad, which the control \
+         does not correct\n",
+        left.tip_before_um, left.tip_um, left.direction_before_urad, left.direction_urad
+    )
 }
 
 fn fault(error: &FileError) -> BadInput {

@@ -1,5 +1,6 @@
 //! `trueaxis export klipper`, `marlin` and `reprapfirmware`
 
+use super::ExportVerdict;
 use crate::commands::number::positive;
 use crate::commands::random::RandomOptions;
 use crate::commands::{Outcome, bad_input::BadInput, files};
@@ -104,53 +105,55 @@ fn write(
         files::prepare(to, &[path])?;
     }
     let points = map.map(|(_, points)| points);
-    let (text, found) = skew(&runtime, firmware, points, random as usize, seed).map_err(|error| {
-        let remedy = match error {
-            SkewError::Map(_) => "give fewer --points, or look at the values with `trueaxis inspect`",
-            _ => "compile a machine with three linear axes for it; `trueaxis gcode` corrects programs for any controller",
-        };
-        BadInput::new(format!("{}: {error}", path.display()), remedy)
-    })?;
-    let left = |axis: &trueaxis_controllers::skew::RemainingOnAxis| match arguments.steps_changed {
-        true => axis.left_with_steps_um,
-        false => axis.left_um,
-    };
-    let meets = found.axes.iter().all(|axis| left(axis) <= *tolerance);
-    let written = meets || arguments.best_effort;
-    if written {
+    let made = skew(&runtime, firmware, points, random as usize, seed);
+    let (text, found) = made.map_err(|error| refused(&error, path))?;
+    let verdict = ExportVerdict::new(arguments.is_met_by(&found), arguments.best_effort);
+    if verdict.written {
         files::write(output, text.lines.as_bytes())?;
         if let (Some((to, _)), Some(heights)) = (map, &text.map) {
             files::write(to, heights.as_bytes())?;
         }
     }
-    if arguments.json {
-        files::print_json(&ExportSkewAnswer {
+    match arguments.json {
+        true => files::print_json(&ExportSkewAnswer {
             file: output,
             height_map: map.map(|(to, _)| to),
             firmware,
-            written,
-            meets_tolerance: meets,
+            written: verdict.written,
+            meets_tolerance: verdict.meets,
             tolerance_um: *tolerance,
             found: &found,
-        })?;
-    } else {
-        files::print(&screen(&text.lines, &found))?;
+        })?,
+        false => files::print(&screen(&text.lines, &found))?,
     }
-    if !meets {
-        eprintln!(
-            "more than {tolerance} µm remains{}: {}",
-            match written {
-                true => "",
-                false => ", and nothing is written (--best-effort would)",
-            },
-            match map {
-                None => "these lines correct squareness only",
-                Some(_) => "these lines correct squareness, and the map Z over X and Y, only",
-            }
-        );
-        return Ok(Outcome::CheckFailed);
+    let why = match map {
+        None => "these lines correct squareness only",
+        Some(_) => "these lines correct squareness, and the map Z over X and Y, only",
+    };
+    Ok(verdict.outcome(&format!("more than {tolerance} µm remains"), why))
+}
+
+impl Arguments {
+    /// Whether what is left of each axis is within the tolerance.
+    fn is_met_by(&self, found: &SkewFound) -> bool {
+        found.axes.iter().all(|axis| {
+            let left = match self.steps_changed {
+                true => axis.left_with_steps_um,
+                false => axis.left_um,
+            };
+            left <= self.tolerance
+        })
     }
-    Ok(Outcome::Done)
+}
+
+fn refused(error: &SkewError, path: &Path) -> BadInput {
+    let remedy = match error {
+        SkewError::Map(_) => "give fewer --points, or look at the values with `trueaxis inspect`",
+        _ => {
+            "compile a machine with three linear axes for it; `trueaxis gcode` corrects programs for any controller"
+        }
+    };
+    BadInput::new(format!("{}: {error}", path.display()), remedy)
 }
 
 fn screen(text: &str, found: &SkewFound) -> String {

@@ -1,5 +1,6 @@
 //! `trueaxis export klipper-twist`
 
+use super::ExportVerdict;
 use crate::commands::files::MachineFiles;
 use crate::commands::number::{finite, positive, two};
 use crate::commands::{Outcome, bad_input::BadInput, files};
@@ -60,7 +61,10 @@ struct TwistAnswer<'a> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
-        output, tolerance, ..
+        output,
+        tolerance,
+        lookup,
+        ..
     } = arguments;
     let (machine, errors) = arguments.files.read()?;
     files::prepare(output, &[&arguments.files.machine, &arguments.files.errors])?;
@@ -72,47 +76,46 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let offset = two(&arguments.probe, "--probe", "mm")?;
     let probe = NozzleProbe::new(&machine, &errors, offset, arguments.bed).map_err(bad)?;
-    let tables = probe
-        .tables(arguments.points.into(), arguments.lookup)
-        .map_err(bad)?;
-    let text = twist::print(&tables, arguments.lookup);
+    let points = arguments.points.into();
+    let tables = probe.tables(points, *lookup).map_err(bad)?;
+    let text = twist::print(&tables, *lookup);
     let again = read_again(&text)?;
-    let [largest_um, left_um] = probe.left(&again, arguments.lookup).map_err(bad)?;
-    let meets = left_um <= *tolerance;
-    let written = meets || arguments.best_effort;
-    if written {
+    let [largest_um, left_um] = probe.left(&again, *lookup).map_err(bad)?;
+    let verdict = ExportVerdict::new(left_um <= *tolerance, arguments.best_effort);
+    if verdict.written {
         files::write(output, text.as_bytes())?;
     }
+    let answer = TwistAnswer {
+        file: output,
+        written: verdict.written,
+        meets_tolerance: verdict.meets,
+        tolerance_um: *tolerance,
+        largest_um,
+        left_um,
+    };
     match arguments.json {
-        true => files::print_json(&TwistAnswer {
-            file: output,
-            written,
-            meets_tolerance: meets,
-            tolerance_um: *tolerance,
-            largest_um,
-            left_um,
-        })?,
-        false => files::print(&format!(
-            "{text}\nreadings of the probe are wrong by up to ±{largest_um:.2} µm, with these tables by ±{left_um:.2} µm,\n\
-             in {}; for others give --lookup {}\n",
-            arguments.lookup.firmware(),
-            match arguments.lookup {
-                Lookup::Bed => "nozzle",
-                Lookup::Nozzle => "bed",
-            }
-        ))?,
+        true => files::print_json(&answer)?,
+        false => files::print(&format!("{text}\n{}", screen(&answer, *lookup)))?,
     }
-    if meets {
-        return Ok(Outcome::Done);
-    }
-    eprintln!(
-        "more than {tolerance} µm remains{}: the tables add a value over X and one over Y",
-        match written {
-            true => "",
-            false => ", and nothing is written (--best-effort would)",
-        }
-    );
-    Ok(Outcome::CheckFailed)
+    Ok(verdict.outcome(
+        &format!("more than {tolerance} µm remains"),
+        "the tables add a value over X and one over Y",
+    ))
+}
+
+/// What the tables do, with the firmware that they are for.
+fn screen(answer: &TwistAnswer<'_>, lookup: Lookup) -> String {
+    let other = match lookup {
+        Lookup::Bed => "nozzle",
+        Lookup::Nozzle => "bed",
+    };
+    format!(
+        "readings of the probe are wrong by up to ±{:.2} µm, with these tables by ±{:.2} µm,\n\
+         in {}; for others give --lookup {other}\n",
+        answer.largest_um,
+        answer.left_um,
+        lookup.firmware(),
+    )
 }
 
 /// The tables over X and Y, as the firmware reads them.

@@ -1,7 +1,7 @@
 //! What `trueaxis gcode` is told.
 
 use crate::commands::bad_input::BadInput;
-use crate::commands::files::Text;
+use crate::commands::files::{self, Text};
 use clap::{Args, ValueEnum};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -108,10 +108,40 @@ enum Switch {
 /// The least tolerance (µm): rounding words of three axes to 0.1 µm takes 0.09 of it.
 const LEAST_TOLERANCE: f64 = 0.3;
 
+/// Refuses what is no word with G or M, or is not written as programs are compared.
+fn is_passable(word: &str) -> Result<(), BadInput> {
+    let number = match word.as_bytes() {
+        [b'G' | b'M' | b'g' | b'm', rest @ ..] => std::str::from_utf8(rest).ok(),
+        _ => None,
+    };
+    let number = number.filter(|n| n.bytes().all(|b| b.is_ascii_digit() || b == b'.'));
+    let value = number.and_then(|n| n.parse::<f64>().ok());
+    let plain = value.map(|value| format!("{}{value}", &word[..1]));
+    if plain.as_deref() == Some(word) {
+        return Ok(());
+    }
+    let example = plain.unwrap_or_else(|| "G187 or --pass M100".to_owned());
+    Err(BadInput::new(
+        format!("--pass {word}: no word of a program is that"),
+        format!("give a letter G or M and its number, without zeros before it: --pass {example}"),
+    ))
+}
+
 impl Arguments {
     /// Where the corrected program goes.
     pub fn output(&self) -> &Path {
         self.output.as_deref().unwrap_or(&self.program)
+    }
+
+    /// Refuses an output that cannot be written.
+    pub fn prepare(&self) -> Result<(), BadInput> {
+        if files::is_screen(self.output()) {
+            return Err(BadInput::new(
+                "-o -: a program is read back and checked after it is written, and does not go to the screen",
+                "give -o the name of a file",
+            ));
+        }
+        files::prepare(self.output(), &self.inputs())
     }
 
     pub fn options(&self) -> Result<gcode::Options, BadInput> {
@@ -127,24 +157,7 @@ impl Arguments {
                 ));
             }
         }
-        for word in &self.pass {
-            let number = match word.as_bytes() {
-                [b'G' | b'M' | b'g' | b'm', rest @ ..] => std::str::from_utf8(rest).ok(),
-                _ => None,
-            };
-            let number = number.filter(|n| n.bytes().all(|b| b.is_ascii_digit() || b == b'.'));
-            let value = number.and_then(|n| n.parse::<f64>().ok());
-            let plain = value.map(|value| format!("{}{value}", &word[..1]));
-            if plain.as_ref() != Some(word) {
-                let example = plain.unwrap_or_else(|| "G187 or --pass M100".to_owned());
-                return Err(BadInput::new(
-                    format!("--pass {word}: no word of a program is that"),
-                    format!(
-                        "give a letter G or M and its number, without zeros before it: --pass {example}"
-                    ),
-                ));
-            }
-        }
+        self.pass.iter().try_for_each(|word| is_passable(word))?;
         let decimals = self.decimals.map(usize::from);
         Ok(gcode::Options {
             tolerance: self.tolerance * 1e-3,

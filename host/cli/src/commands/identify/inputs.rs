@@ -37,7 +37,32 @@ impl MeasuredInputs {
         machine: &Machine,
         artefact: &Artefact,
     ) -> Result<Self, BadInput> {
-        let mut probed: Vec<(&PathBuf, Probings)> = Vec::new();
+        let files = FilesByKind::read(arguments, machine, artefact)?;
+        let observations = files::read_observations(&files.observed, machine)?;
+        files.are_sufficient(arguments)?;
+        Ok(Self {
+            probings: joined(files.probed, arguments.same),
+            observations,
+            runs: files.runs,
+        })
+    }
+}
+
+/// The files of measurements, by what they hold.
+struct FilesByKind<'a> {
+    probed: Vec<(&'a PathBuf, Probings)>,
+    runs: Vec<Measurement>,
+    /// Readings of instruments, not read yet.
+    observed: Vec<PathBuf>,
+}
+
+impl<'a> FilesByKind<'a> {
+    fn read(
+        arguments: &'a Arguments,
+        machine: &Machine,
+        artefact: &Artefact,
+    ) -> Result<Self, BadInput> {
+        let mut probed = Vec::new();
         let mut runs = Vec::new();
         let mut observed = Vec::new();
         for path in &arguments.files {
@@ -64,14 +89,23 @@ impl MeasuredInputs {
             }
         }
         observed.extend(arguments.observations.iter().cloned());
-        let observations = files::read_observations(&observed, machine)?;
-        if arguments.active.is_some() && !(runs.is_empty() && observed.is_empty()) {
+        Ok(Self {
+            probed,
+            runs,
+            observed,
+        })
+    }
+
+    /// Refuses files that do not go together, or do not show how the axes stand to each other.
+    fn are_sufficient(&self, arguments: &Arguments) -> Result<(), BadInput> {
+        let has_readings = !(self.runs.is_empty() && self.observed.is_empty());
+        if arguments.active.is_some() && has_readings {
             return Err(BadInput::new(
                 "--active undoes a compensation in probings only, and there are readings of instruments",
                 "identify probings alone, or read instruments with the compensation off",
             ));
         }
-        if let ([(first, _), (second, _), ..], None) = (&probed[..], arguments.same) {
+        if let ([(first, _), (second, _), ..], None) = (&self.probed[..], arguments.same) {
             return Err(BadInput::new(
                 format!(
                     "{} and {} are both probings",
@@ -81,7 +115,7 @@ impl MeasuredInputs {
                 "say what stayed between them: --same stylus if only the balls were moved, --same balls if nothing was moved. If the stylus was changed, identify each file by itself, because one place of the stylus is found for all files",
             ));
         }
-        if probed.is_empty() && observed.is_empty() {
+        if self.probed.is_empty() && self.observed.is_empty() {
             return Err(BadInput::new(
                 format!(
                     "{}: runs alone show the motions of each axis, not how the axes stand to each other",
@@ -90,11 +124,7 @@ impl MeasuredInputs {
                 "add a ball-bar, a square or probings; or write the motions with `trueaxis measured`",
             ));
         }
-        Ok(Self {
-            probings: joined(probed, arguments.same),
-            observations,
-            runs,
-        })
+        Ok(())
     }
 }
 

@@ -12,6 +12,7 @@ use trueaxis::{Draft, DraftGrid, GridAxis, Notes, SampleFormat};
 use trueaxis_controllers::sampled::{Nodes, SampledGrid};
 use trueaxis_controllers::surface;
 use trueaxis_model::machine::Machine;
+use trueaxis_tables::compile::AxisBounds;
 use trueaxis_tables::compile::extended::{draft, nothing, with_grid};
 use trueaxis_tables::validate::Runtime;
 
@@ -88,35 +89,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let text = Text::read(points)?;
     let (map, format) = surface::read(&text.text).map_err(|error| text.bad(error))?;
     let grid = arguments.in_machine(&map.grid, &machine, [x, y])?;
-    let axis = |input: usize, nodes: Nodes| GridAxis {
-        input: input as u8,
-        start: nodes.start as f32,
-        step: nodes.step as f32,
-        points: nodes.count as u32,
-        modulo: false,
-    };
-    // The last input varies fastest, in the map the first one.
-    let added = DraftGrid {
-        axes: vec![axis(y, grid.nodes[1]), axis(x, grid.nodes[0])],
-        outputs: vec![z as u8],
-        format: SampleFormat::F32,
-        values: grid.values.iter().map(|[value]| *value as f32).collect(),
-    };
+    let added = draft_grid(&grid, [x, y, z]);
     let base = arguments.base(&machine, &added)?;
     let bar = ProgressBarOnScreen::new();
     let (blob, bounds) = with_grid(&machine, base, added, &bar)?;
     drop(bar);
-    if bounds[z].value_bound > bounds[z].most() && !arguments.allow_large {
-        return Err(BadInput::new(
-            format!(
-                "{}: heights up to {:.3} mm need a bound of more than {} mm",
-                text.name,
-                bounds[z].largest,
-                bounds[z].most()
-            ),
-            "give --zero X,Y, the place where Z was set; if it is meant, give --allow-large",
-        ));
-    }
+    arguments.permits(&bounds[z], &text.name)?;
     files::write(output, &blob)?;
     let heights = || grid.values.iter().map(|[value]| *value);
     let answer = PointsAnswer {
@@ -132,6 +110,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         false => files::print(&said(&answer))?,
     }
     Ok(Outcome::Done)
+}
+
+/// The map as a table of corrections of Z.
+fn draft_grid(grid: &SampledGrid<1>, [x, y, z]: [usize; 3]) -> DraftGrid {
+    let axis = |input: usize, nodes: Nodes| GridAxis {
+        input: input as u8,
+        start: nodes.start as f32,
+        step: nodes.step as f32,
+        points: nodes.count as u32,
+        modulo: false,
+    };
+    DraftGrid {
+        // The last input varies fastest, in the map the first one.
+        axes: vec![axis(y, grid.nodes[1]), axis(x, grid.nodes[0])],
+        outputs: vec![z as u8],
+        format: SampleFormat::F32,
+        values: grid.values.iter().map(|[value]| *value as f32).collect(),
+    }
 }
 
 /// The axes X, Y and Z.
@@ -169,6 +165,21 @@ fn said(answer: &PointsAnswer<'_>) -> String {
 }
 
 impl Arguments {
+    /// Refuses heights whose bound is larger than usual, unless they are meant.
+    fn permits(&self, bound: &AxisBounds, name: &str) -> Result<(), BadInput> {
+        if bound.value_bound <= bound.most() || self.allow_large {
+            return Ok(());
+        }
+        Err(BadInput::new(
+            format!(
+                "{name}: heights up to {:.3} mm need a bound of more than {} mm",
+                bound.largest,
+                bound.most()
+            ),
+            "give --zero X,Y, the place where Z was set; if it is meant, give --allow-large",
+        ))
+    }
+
     /// The map in mm and machine coordinates.
     fn in_machine(
         &self,
@@ -181,23 +192,7 @@ impl Arguments {
             PointsUnit::Mm => 1.0,
             PointsUnit::Inch => 25.4,
         };
-        let level = match self.zero[..] {
-            [] => 0.0,
-            _ => {
-                let at = two(&self.zero, "--zero", "the unit of the points")?;
-                let is_inside = |k: usize| {
-                    let nodes = map.nodes[k];
-                    (nodes.start..=nodes.at(nodes.count - 1)).contains(&at[k])
-                };
-                if !(is_inside(0) && is_inside(1)) {
-                    return Err(BadInput::new(
-                        format!("--zero: {}, {} is outside of the points", at[0], at[1]),
-                        "give a place that was probed around, in the coordinates of the points",
-                    ));
-                }
-                map.at(&at)[0]
-            }
-        };
+        let level = self.level(map)?;
         let nodes = [0, 1].map(|k| Nodes {
             start: map.nodes[k].start * mm + offset[axes[k]],
             step: map.nodes[k].step * mm,
@@ -223,6 +218,25 @@ impl Arguments {
                 .map(|[value]| [(value - level) * mm])
                 .collect(),
         })
+    }
+
+    /// The height that counts as zero, in the unit of the points.
+    fn level(&self, map: &SampledGrid<1>) -> Result<f64, BadInput> {
+        if self.zero.is_empty() {
+            return Ok(0.0);
+        }
+        let at = two(&self.zero, "--zero", "the unit of the points")?;
+        let is_inside = |k: usize| {
+            let nodes = map.nodes[k];
+            (nodes.start..=nodes.at(nodes.count - 1)).contains(&at[k])
+        };
+        if is_inside(0) && is_inside(1) {
+            return Ok(map.at(&at)[0]);
+        }
+        Err(BadInput::new(
+            format!("--zero: {}, {} is outside of the points", at[0], at[1]),
+            "give a place that was probed around, in the coordinates of the points",
+        ))
     }
 
     /// What the map is added to.

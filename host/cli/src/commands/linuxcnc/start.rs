@@ -203,33 +203,19 @@ fn refused(ini: &Path, findings: &[Finding]) -> Result<Outcome, BadInput> {
 impl Arguments {
     /// Everything after the first look at the configuration: asks, then writes, the INI file last.
     fn steps(&self, found: &FoundConfiguration<'_>) -> Result<Outcome, BadInput> {
-        let ini = found.ini;
-        let files = [HAL, "machine.toml", "errors.toml", "machine.trax"];
-        let files = files.map(|name| ini.with_file_name(name));
+        let files = [HAL, "machine.toml", "errors.toml", "machine.trax"]
+            .map(|name| found.ini.with_file_name(name));
         let [hal, machine, errors, blob] = &files;
         let (sensors, growths) = self.temperatures()?;
-        let made = match self.replaces(found, [hal, machine, errors, blob])? {
-            true => Some(self.made(found, &sensors)?),
-            false if sensors.is_empty() => None,
-            false => {
-                return Err(BadInput::new(
-                    format!("{}: it stays, and has no --temperature", hal.display()),
-                    "take the component out with --remove if it is in the INI file, then give --overwrite",
-                ));
-            }
-        };
-        let text = match &made {
+        let made = self.made(found, [hal, machine, errors, blob], &sensors)?;
+        let described = files::machine_in(&match &made {
             Some(made) => Text {
                 name: machine.display().to_string(),
                 text: made.machine.clone(),
             },
             None => Text::read(machine)?,
-        };
-        let described = files::machine_in(&text)?;
-        let old = match errors.exists() {
-            true => Some(Text::read(errors)?),
-            false => None,
-        };
+        })?;
+        let old = errors.exists().then(|| Text::read(errors)).transpose()?;
         let kept = found.to_keep(made.as_ref(), old.as_ref(), errors)?;
         let (installs, writes) = self.installs(found, hal)?;
         let singles = self.singles(&described, found, kept.as_deref())?;
@@ -244,23 +230,19 @@ impl Arguments {
             }
             text = Some(new);
         } else if balls.is_none() {
-            let answer =
-                self.ask("Balls on the table that can be probed: artefact file (artefact.toml):")?;
-            balls = Some(answer).filter(|a| !a.is_empty()).map(PathBuf::from);
+            balls = self.ask_balls()?;
         }
         // Nothing is asked from here on.
-        self.write(
-            found,
-            &StartFiles {
-                files: &files,
-                made,
-                errors: text,
-                singles,
-                installs,
-                writes,
-                balls,
-            },
-        )
+        let start = StartFiles {
+            files: &files,
+            made,
+            errors: text,
+            singles,
+            installs,
+            writes,
+            balls,
+        };
+        self.write(found, &start)
     }
 
     /// The INI file with the component, if it is not there yet, and whether it is to be written.
@@ -334,12 +316,22 @@ impl Arguments {
         }
     }
 
-    /// HAL lines, a first machine file, and what LinuxCNC compensates.
+    /// HAL lines, a first machine file, and what LinuxCNC compensates, unless these files stay.
     fn made(
         &self,
         found: &FoundConfiguration<'_>,
+        files: [&Path; 4],
         sensors: &[StartSensor],
-    ) -> Result<SetupFiles, BadInput> {
+    ) -> Result<Option<SetupFiles>, BadInput> {
+        if !self.replaces(found, files)? {
+            return match sensors.is_empty() {
+                true => Ok(None),
+                false => Err(BadInput::new(
+                    format!("{}: it stays, and has no --temperature", files[0].display()),
+                    "take the component out with --remove if it is in the INI file, then give --overwrite",
+                )),
+            };
+        }
         let configuration = found.configuration;
         let table = match &self.table {
             Some(table) => table.clone(),
@@ -351,19 +343,7 @@ impl Arguments {
             true => None,
             false => Some(on_table(configuration, &table)?),
         };
-        let pivot =
-            match (unknown_pivot(configuration), self.pivot) {
-                (None, _) => None,
-                (_, Some(pivot)) => Some(pivot),
-                (Some(unknown), None) => {
-                    let question =
-                        format!("{unknown}.\nFrom the pivot to the nose of the spindle, mm:");
-                    let pivot = positive(&self.ask(&question)?);
-                    Some(pivot.map_err(|_| {
-                        BadInput::new(unknown, "measure it, and give --pivot in mm")
-                    })?)
-                }
-            };
+        let pivot = self.pivot_of(configuration)?;
         let pins: Vec<String> = sensors.iter().map(|sensor| sensor.pin.clone()).collect();
         let known = MachineFacts {
             temperatures: &pins,
@@ -373,6 +353,22 @@ impl Arguments {
             enabled: self.enable_when_homed,
             pivot,
         };
-        Ok(setup(configuration, known, found.imports, found.findings))
+        let files = setup(configuration, known, found.imports, found.findings);
+        Ok(Some(files))
+    }
+
+    /// The distance from pivot to nose, where the configuration has none.
+    fn pivot_of(&self, configuration: &Configuration) -> Result<Option<f64>, BadInput> {
+        let Some(unknown) = unknown_pivot(configuration) else {
+            return Ok(None);
+        };
+        if self.pivot.is_some() {
+            return Ok(self.pivot);
+        }
+        let question = format!("{unknown}.\nFrom the pivot to the nose of the spindle, mm:");
+        let pivot = positive(&self.ask(&question)?);
+        let pivot =
+            pivot.map_err(|_| BadInput::new(unknown, "measure it, and give --pivot in mm"))?;
+        Ok(Some(pivot))
     }
 }

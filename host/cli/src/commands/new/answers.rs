@@ -208,6 +208,31 @@ impl GivenOptions<'_> {
     /// Asks for what was not given; asks again after a wrong answer.
     pub fn ask(&self, from: &mut dyn BufRead, to: &mut dyn Write) -> Result<Answers, BadInput> {
         let mut person = Person { from, to };
+        let layout = self.layout_asked(&mut person)?;
+        let wrong = |remedy: &'static str| move |cause: String| BadInput::new(cause, remedy);
+        let mut axes = self::layout(&layout).map_err(wrong("correct --layout"))?;
+        let unit = match self.unit {
+            Some(unit) => unit,
+            None => person.answer("Unit of lengths, mm or inch", "mm", |text| {
+                AnswerUnit::from_str(text, true)
+            })?,
+        };
+        match self.travel {
+            Some(text) => {
+                travels(text, &mut axes, unit).map_err(wrong("correct --travel"))?;
+            }
+            None => axes = person.travels(&axes, unit)?,
+        }
+        for text in self.rotary {
+            origin(text, &mut axes, unit).map_err(wrong("correct --rotary"))?;
+        }
+        if self.rotary.is_empty() {
+            axes = person.origins(axes, unit)?;
+        }
+        Ok(Answers { layout, axes, unit })
+    }
+
+    fn layout_asked(&self, person: &mut Person<'_>) -> Result<String, BadInput> {
         let mut kind = self.kind.map(str::to_owned);
         if kind.is_none() && self.layout.is_none() {
             let name = |text: &str| match kinds::named(text) {
@@ -220,57 +245,14 @@ impl GivenOptions<'_> {
             .as_deref()
             .and_then(kinds::named)
             .map_or("", |kind| kind.topology);
-        let layout = match self.layout {
-            Some(layout) => layout.to_owned(),
+        match self.layout {
+            Some(layout) => Ok(layout.to_owned()),
             None => person.answer(
                 "Layout: w, the axes that carry the workpiece, F, the axes that carry the tool, St",
                 usual,
                 |text| self::layout(text).map(|_| text.to_owned()),
-            )?,
-        };
-        let axes =
-            self::layout(&layout).map_err(|cause| BadInput::new(cause, "correct --layout"))?;
-        let unit = match self.unit {
-            Some(unit) => unit,
-            None => person.answer("Unit of lengths, mm or inch", "mm", |text| {
-                AnswerUnit::from_str(text, true)
-            })?,
-        };
-        let travelled = |text: &str| {
-            let mut axes = axes.clone();
-            travels(text, &mut axes, unit).map(|()| axes)
-        };
-        let mut axes = match self.travel {
-            Some(text) => {
-                travelled(text).map_err(|cause| BadInput::new(cause, "correct --travel"))?
-            }
-            None => {
-                let linear = axes.iter().filter(|axis| !axis.is_rotary());
-                let example: Vec<String> =
-                    linear.map(|axis| format!("{}=500", axis.letter)).collect();
-                let question = "Travels: a length, or both ends as in X=0:500";
-                person.answer(question, &example.join(","), travelled)?
-            }
-        };
-        for text in self.rotary {
-            origin(text, &mut axes, unit)
-                .map_err(|cause| BadInput::new(cause, "correct --rotary"))?;
+            ),
         }
-        if self.rotary.is_empty() {
-            for k in (0..axes.len())
-                .filter(|k| axes[*k].is_rotary())
-                .collect::<Vec<_>>()
-            {
-                let letter = axes[k].letter;
-                let question =
-                    format!("Point x,y,z through which {letter} turns, with all axes at 0");
-                axes = person.answer(&question, "0,0,0", |text| {
-                    let mut axes = axes.clone();
-                    origin(&format!("{letter}={text}"), &mut axes, unit).map(|()| axes)
-                })?;
-            }
-        }
-        Ok(Answers { layout, axes, unit })
     }
 }
 
@@ -294,6 +276,34 @@ struct Person<'a> {
 }
 
 impl Person<'_> {
+    /// The axes with their travels.
+    fn travels(&mut self, axes: &[NewAxis], unit: AnswerUnit) -> Result<Vec<NewAxis>, BadInput> {
+        let linear = axes.iter().filter(|axis| !axis.is_rotary());
+        let example: Vec<String> = linear.map(|axis| format!("{}=500", axis.letter)).collect();
+        let question = "Travels: a length, or both ends as in X=0:500";
+        self.answer(question, &example.join(","), |text| {
+            let mut axes = axes.to_vec();
+            travels(text, &mut axes, unit).map(|()| axes)
+        })
+    }
+
+    /// The axes with a point of each rotary one.
+    fn origins(
+        &mut self,
+        mut axes: Vec<NewAxis>,
+        unit: AnswerUnit,
+    ) -> Result<Vec<NewAxis>, BadInput> {
+        let rotary = axes.iter().filter(|axis| axis.is_rotary());
+        for letter in rotary.map(|axis| axis.letter).collect::<Vec<_>>() {
+            let question = format!("Point x,y,z through which {letter} turns, with all axes at 0");
+            axes = self.answer(&question, "0,0,0", |text| {
+                let mut axes = axes.clone();
+                origin(&format!("{letter}={text}"), &mut axes, unit).map(|()| axes)
+            })?;
+        }
+        Ok(axes)
+    }
+
     /// The first right answer; an empty line is the usual one.
     fn answer<T>(
         &mut self,

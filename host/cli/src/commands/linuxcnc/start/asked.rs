@@ -15,6 +15,49 @@ pub(super) struct StartSensor {
     pub(super) pin: String,
 }
 
+/// A question for a reading of a simple instrument.
+struct ReadingQuestion {
+    text: String,
+    /// Letters of the axes, as options have them before `=`.
+    axes: String,
+    parse: fn(&[char], &str) -> Result<Single, ReadingError>,
+}
+
+impl ReadingQuestion {
+    fn read(&self, letters: &[char], answer: &str) -> Result<Single, BadInput> {
+        (self.parse)(letters, &format!("{}={answer}", self.axes))
+            .map_err(|error| BadInput::new(error.what, error.remedy))
+    }
+}
+
+/// Scales, then squares, then dials, of all linear axes.
+fn questions(machine: &Machine) -> Vec<ReadingQuestion> {
+    let linear = machine.axes.iter().filter(|axis| !axis.letter.is_rotary());
+    let linear: Vec<char> = linear.map(|axis| axis.letter.char()).collect();
+    let scale = |letter: &char| ReadingQuestion {
+        text: format!("Scale along {letter}: µm too much / mm of travel (2/100):"),
+        axes: letter.to_string(),
+        parse: Single::scale,
+    };
+    let square = |a: char, b: char| ReadingQuestion {
+        text: format!(
+            "Square, one leg aligned with {a}; a dial moved by {b} along the other reads towards {a}: µm / mm (3/100):"
+        ),
+        axes: format!("{a}{b}"),
+        parse: Single::square,
+    };
+    let dial = |letter: &char| ReadingQuestion {
+        text: format!("Dial along {letter}: reading after + less after − travel, µm:"),
+        axes: letter.to_string(),
+        parse: Single::dial,
+    };
+    let squares = (linear.iter().enumerate())
+        .flat_map(|(k, a)| linear[k + 1..].iter().map(move |b| square(*a, *b)));
+    (linear.iter().map(scale).chain(squares))
+        .chain(linear.iter().map(dial))
+        .collect()
+}
+
 /// What an operator writes; empty at the end of the input.
 fn answered(question: &str) -> Result<String, BadInput> {
     files::print(&format!("{question} "))?;
@@ -68,6 +111,13 @@ impl Arguments {
                 "give the path of the INI file that LinuxCNC is started with",
             )),
         }
+    }
+
+    /// The file of balls that can be probed, if there are any.
+    pub(super) fn ask_balls(&self) -> Result<Option<PathBuf>, BadInput> {
+        let answer =
+            self.ask("Balls on the table that can be probed: artefact file (artefact.toml):")?;
+        Ok(Some(answer).filter(|a| !a.is_empty()).map(PathBuf::from))
     }
 
     /// The sensors, in the order in which the compensation has them: those of a growth first; and the growths.
@@ -132,51 +182,30 @@ impl Arguments {
             "\nWhat has been measured? Positive is where the tool is farther in the direction of a positive command.\n\
              An empty line where there is nothing.\n",
         )?;
-        let linear: Vec<char> = (machine.axes.iter())
-            .filter(|axis| !axis.letter.is_rotary())
-            .map(|axis| axis.letter.char())
-            .collect();
-        // Asked again until it can be read.
-        let mut one = |question: &str,
-                       read: &dyn Fn(&str) -> Result<Single, ReadingError>|
-         -> Result<(), BadInput> {
-            loop {
-                let answer = self.ask(question)?;
-                if answer.is_empty() {
-                    return Ok(());
-                }
-                let read = read(&answer).map_err(|error| BadInput::new(error.what, error.remedy));
-                match read.and_then(|single| free(&single).map(|()| single)) {
-                    Ok(single) => {
-                        singles.push(single);
-                        return Ok(());
-                    }
-                    Err(bad) => files::print(&format!("{bad}\n"))?,
-                }
-            }
-        };
-        for letter in &linear {
-            let question = format!("Scale along {letter}: µm too much / mm of travel (2/100):");
-            one(&question, &|answer| {
-                Single::scale(&letters, &format!("{letter}={answer}"))
-            })?;
-        }
-        for (k, a) in linear.iter().enumerate() {
-            for b in &linear[k + 1..] {
-                let question = format!(
-                    "Square, one leg aligned with {a}; a dial moved by {b} along the other reads towards {a}: µm / mm (3/100):"
-                );
-                one(&question, &|answer| {
-                    Single::square(&letters, &format!("{a}{b}={answer}"))
-                })?;
-            }
-        }
-        for letter in &linear {
-            let question = format!("Dial along {letter}: reading after + less after − travel, µm:");
-            one(&question, &|answer| {
-                Single::dial(&letters, &format!("{letter}={answer}"))
-            })?;
+        for question in questions(machine) {
+            singles.extend(self.single(&question, |answer| {
+                let single = question.read(&letters, answer)?;
+                free(&single).map(|()| single)
+            })?);
         }
         Ok(singles)
+    }
+
+    /// Asks again until the answer can be read; none if it is empty.
+    fn single(
+        &self,
+        question: &ReadingQuestion,
+        read: impl Fn(&str) -> Result<Single, BadInput>,
+    ) -> Result<Option<Single>, BadInput> {
+        loop {
+            let answer = self.ask(&question.text)?;
+            if answer.is_empty() {
+                return Ok(None);
+            }
+            match read(&answer) {
+                Ok(single) => return Ok(Some(single)),
+                Err(bad) => files::print(&format!("{bad}\n"))?,
+            }
+        }
     }
 }

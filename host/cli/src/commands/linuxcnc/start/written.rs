@@ -33,6 +33,40 @@ pub(super) struct StartFiles<'s> {
     pub(super) balls: Option<PathBuf>,
 }
 
+impl StartFiles<'_> {
+    /// The files that are written before anything is compiled, with their content.
+    fn written(&self) -> Vec<(PathBuf, &str)> {
+        let [hal, machine, errors, _] = self.files;
+        let made = self.made.as_ref();
+        let all = [
+            made.map(|made| (hal.clone(), made.hal.as_str())),
+            made.map(|made| (machine.clone(), made.machine.as_str())),
+            (self.errors.as_deref()).map(|text| (errors.clone(), text)),
+        ];
+        all.into_iter().flatten().collect()
+    }
+
+    /// The INI file with the component, if it is written.
+    fn installs_now(&self) -> Option<&Changed> {
+        self.installs.as_ref().filter(|_| self.writes)
+    }
+
+    /// What has become of the INI file.
+    fn fate_of_ini(&self) -> String {
+        match (&self.installs, self.writes) {
+            (Some(changed), true) => format!(
+                "with component and panel; a copy of the old file is in {}",
+                changed.copy.display()
+            ),
+            (Some(_), false) => format!(
+                "is as it was; what to write into it is at the head of {}",
+                self.files[0].display()
+            ),
+            (None, _) => "has the component already".to_owned(),
+        }
+    }
+}
+
 impl Arguments {
     /// Writes all files; if anything is refused, every file is as it was.
     pub(super) fn write(
@@ -41,16 +75,9 @@ impl Arguments {
         start: &StartFiles<'_>,
     ) -> Result<Outcome, BadInput> {
         let ini = found.ini;
-        let [hal, machine, errors, blob] = start.files;
-        let installs_now = start.installs.as_ref().filter(|_| start.writes);
-        let mut written: Vec<(PathBuf, &str)> = Vec::new();
-        if let Some(made) = &start.made {
-            written.push((hal.clone(), &made.hal));
-            written.push((machine.clone(), &made.machine));
-        }
-        if let Some(text) = &start.errors {
-            written.push((errors.clone(), text));
-        }
+        let [_, machine, errors, blob] = start.files;
+        let installs_now = start.installs_now();
+        let written = start.written();
         let all = written.iter().map(|(file, _)| file.as_path());
         let compiled = start.errors.as_ref().map(|_| blob.as_path());
         let kept = KeptFiles::read(all.chain(compiled))?;
@@ -60,12 +87,7 @@ impl Arguments {
             beside.extend([ini, &changed.copy]);
         }
         let made_beside = KeptFiles::read(beside)?;
-        let mut stays = found.compensated().staying();
-        if !copies.is_empty() {
-            let names = copies.iter().map(|(copy, _)| copy.display().to_string());
-            let names: Vec<String> = names.collect();
-            let _ = writeln!(stays, "the old files are in {}", names.join(", "));
-        }
+        let stays = found.compensated().staying() + &where_old_files_are(&copies);
         let write = || {
             for (copy, bytes) in &copies {
                 files::write(copy, bytes)?;
@@ -125,7 +147,7 @@ impl Arguments {
         if is_refused(&findings) {
             return refused(ini, &findings);
         }
-        if let Some(changed) = start.installs.as_ref().filter(|_| start.writes) {
+        if let Some(changed) = start.installs_now() {
             changed.write(ini)?;
         }
         files::print(&self.ended(ini, start, &whole.best.verification, &findings, stays))?;
@@ -141,10 +163,8 @@ impl Arguments {
         findings: &[Finding],
         stays: &str,
     ) -> String {
-        let [of_hal, of_machine, of_errors, of_blob] = start
-            .files
-            .each_ref()
-            .map(|path| path.display().to_string());
+        let [of_machine, of_errors, of_blob] =
+            [1, 2, 3].map(|k| start.files[k].display().to_string());
         let what = match start.singles.len() {
             0 if self.growth.is_empty() => "what LinuxCNC compensated".to_owned(),
             0 => "growth of the spindle".to_owned(),
@@ -161,18 +181,7 @@ impl Arguments {
         }
         lines += stays;
         let of_ini = ini.display();
-        let _ = match (&start.installs, start.writes) {
-            (Some(changed), true) => writeln!(
-                lines,
-                "{of_ini}: with component and panel; a copy of the old file is in {}",
-                changed.copy.display()
-            ),
-            (Some(_), false) => writeln!(
-                lines,
-                "{of_ini}: is as it was; what to write into it is at the head of {of_hal}"
-            ),
-            (None, _) => writeln!(lines, "{of_ini}: has the component already"),
-        };
+        let _ = writeln!(lines, "{of_ini}: {}", start.fate_of_ini());
         let switched_on = match self.enable_when_homed {
             true => "home: the corrections come in",
             false => {
@@ -181,13 +190,18 @@ impl Arguments {
         };
         let _ = writeln!(lines, "next: linuxcnc {}, {switched_on}", quoted(of_ini));
         if let Some(balls) = &self.balls {
-            let _ = writeln!(
-                lines,
-                "then, with the balls: {}",
-                calibrate(&of_machine, balls)
-            );
+            let then = calibrate(&of_machine, balls);
+            let _ = writeln!(lines, "then, with the balls: {then}");
         }
         lines
+    }
+}
+
+fn where_old_files_are(copies: &[(PathBuf, &[u8])]) -> String {
+    let names = copies.iter().map(|(copy, _)| copy.display().to_string());
+    match names.collect::<Vec<String>>() {
+        none if none.is_empty() => String::new(),
+        names => format!("the old files are in {}\n", names.join(", ")),
     }
 }
 
