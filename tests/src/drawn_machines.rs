@@ -60,7 +60,7 @@ impl Random {
 
 /// A machine and the balls on it.
 pub struct DrawnMachine {
-    /// Its layout, and how many times the ordinary errors it has.
+    /// The layout, and how many times the ordinary errors it has.
     pub about: String,
     /// The machine file.
     pub text: &'static str,

@@ -324,7 +324,7 @@ impl<'a> Cover<'a> {
         }
     }
 
-    /// The same, with small parts removed at the end.
+    /// This cover, with small parts removed at the end.
     pub(crate) fn pruned(self, prunes: bool) -> Self {
         Self { prunes, ..self }
     }
@@ -443,7 +443,7 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    /// The same, with everything that its tables are sampled from.
+    /// This attempt, with everything that its tables are sampled from.
     pub fn found<'a>(
         &'a self,
         sampler: &'a Sampler<'a>,

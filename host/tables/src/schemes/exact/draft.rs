@@ -217,7 +217,7 @@ fn weighed(
     weighed_with(machine, found, false)
 }
 
-/// The same; if `freely`, tables also take over weights as small as the tolerance.
+/// Like [`weighed`]; if `freely`, tables also take over weights as small as the tolerance.
 fn weighed_with(
     machine: &Machine,
     found: &Decomposition<'_>,

@@ -8,7 +8,7 @@
 //! the structure allows it. Tables are accepted only after their effect has been measured as the runtime evaluates
 //! them. So no constant decides whether a result is right: they decide how quickly a good one is found.
 //!
-//! Its files in the order in which they use each other: `nodes`, `variables`, `sampling`, `along` and `basis` find the
+//! The files, in the order in which they use each other: `nodes`, `variables`, `sampling`, `along` and `basis` find the
 //! functions; `structure`, `edit`, `fold` and `cover` the terms; `spline`, `grid`, `points` and `draft` the tables;
 //! `trials`, `components`, `fit`, `judge` and `search` try them.
 

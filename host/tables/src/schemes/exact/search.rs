@@ -16,7 +16,7 @@ use trueaxis_model::machine::PerAxis;
 /// Share of the tolerance that a structure may leave out at first, in each output (twice the root of the sum of
 /// squares, because peaks rarely coincide).
 const FIRST_SHARE: f64 = 0.25;
-/// The same if the tip and the direction are measured, where deviations of related axes partly cancel.
+/// [`FIRST_SHARE`] if the tip and the direction are measured, where deviations of related axes partly cancel.
 const FIRST_TOOL_SHARE: f64 = 1.1;
 /// Maximum number of attempts, if more is needed than the target holds. Each next attempt leaves out as much as the
 /// last one had to, so that the capacity goes to what matters: the 84 coefficients of the HU40 then keep three quarters of
@@ -49,8 +49,8 @@ const OUT_OF_REACH: f64 = 30.0;
 /// If the structure that fits into a full target leaves more tolerances than this, the tolerance is out of reach: no
 /// fit has more than halved an error.
 const MOST_FITTED: f64 = 2.0;
-/// The same before the structure for a tolerance is known, from the error that a finer one leaves. Functions chosen for
-/// a coarser tolerance may halve it.
+/// [`MOST_FITTED`] before the structure for a tolerance is known, from the error that a finer one leaves. Functions
+/// chosen for a coarser tolerance may halve it.
 pub const FAR_OUT_OF_REACH: f64 = 2.0 * MOST_FITTED;
 /// A draft that leaves more tolerances than this at the worst positions found also misses the tolerance at random
 /// ones: there the largest error is 0.82 to 0.88 of it.
@@ -83,7 +83,7 @@ pub enum Effort {
     Best,
     /// A coarser tolerance will be tried next: no result if the target clearly is too small for this one.
     IfWithinReach,
-    /// The same, and no result that clearly misses the tolerance either.
+    /// Like `IfWithinReach`, and no result that clearly misses the tolerance either.
     IfNearlyMet,
     /// No result unless the target holds everything that the tolerance needs, without joint effects: only its size is of
     /// interest, and they take most of the time.

@@ -20,7 +20,7 @@ pub struct Entry {
     pub key: Key,
     /// Coefficient, in units of the output's tolerance.
     pub value: f64,
-    /// Its largest possible contribution, in the same units.
+    /// The largest possible contribution, in the same units.
     pub peak: f64,
 }
 
@@ -223,9 +223,9 @@ pub struct Sampled {
 /// What a term makes of the tables of one variable.
 pub struct Contribution {
     output: usize,
-    /// Its weight times the peaks of its other tables.
+    /// The weight times the peaks of the term's other tables.
     weight: f64,
-    /// Its own tables of the variable, by their columns.
+    /// The term's tables of the variable, by their columns.
     own: Vec<usize>,
 }
 

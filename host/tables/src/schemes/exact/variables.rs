@@ -314,7 +314,7 @@ pub enum Generator {
 }
 
 impl Generator {
-    /// Its value at a position of a variable.
+    /// The value at a position of a variable.
     pub fn value(self, variable: &Variable, x: f64) -> f64 {
         match self {
             Self::Coordinate => variable.coordinate(x),
