@@ -5,6 +5,7 @@
 //! good as was predicted.
 
 mod plan;
+pub mod simulated;
 #[cfg(test)]
 mod tests;
 

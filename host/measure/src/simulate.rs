@@ -1,7 +1,6 @@
 //! Simulates measurements of a machine with known errors.
 
 pub mod ballbar;
-pub mod calibrated;
 mod compensated;
 mod observations;
 pub mod runs;

@@ -1,12 +1,12 @@
 //! Calibrations of simulated machines, as `trueaxis linuxcnc calibrate` does them: plan, probe, identify, compile, probe
 //! again. What is in use afterwards must be as good as predicted and no worse than before.
 
+use trueaxis_measure::calibration::simulated::{Failure, SimulatedMachine};
 use trueaxis_measure::calibration::{
     Calibration, CalibrationEnd, CalibrationPlan, CalibrationStep, Unchanged, usual_model,
 };
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::plan::{Criterion, PlannedRows, Probe, Setup, Task};
-use trueaxis_measure::simulate::calibrated::{Failure, SimulatedMachine};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_tables::compile::{CompileError, prove};

@@ -1,8 +1,8 @@
 //! A simulated machine is calibrated: its errors are known here, and nowhere in the calibration.
 
+use super::simulated::{Failure, Mishap, SimulatedMachine};
 use super::*;
 use crate::plan::{Criterion, PlannedRows, Probe, Setup, Task};
-use crate::simulate::calibrated::{Failure, Mishap, SimulatedMachine};
 use trueaxis_model::errors::ErrorModel;
 
 const MACHINE: &str = include_str!("../../../../examples/linuxcnc-xyzac-trt/machine.toml");

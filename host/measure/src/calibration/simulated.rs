@@ -1,12 +1,12 @@
 //! A simulated machine to calibrate: its errors are known here, and nowhere in the calibration.
 
-use super::{Disturbances, SimulateError, compensated, corrections, probings};
-use crate::calibration::{
+use super::{
     CalibratedMachine, CalibrationPlan, CalibrationRefusal, ProbedRows, Question, Validated,
 };
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::Probings;
 use crate::formats::validation::Validation;
+use crate::simulate::{Disturbances, SimulateError, compensated, corrections, probings};
 use crate::study::StudyOutcome;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
