@@ -267,9 +267,9 @@ impl Validated {
 }
 
 /// Errors that the model lacks are larger over the travel than what is left of them where the parameters were fitted: they
-/// also falsify the parameters, whose effect grows with the distance from the balls. With this factor, three of 31
-/// simulated machines with straightness, backlash and run-out have more left than the coverage interval, and none becomes
-/// worse (`cargo test -p trueaxis-tests --test desktop calibrated`); with 2 there were 11 of 37, and two.
+/// also falsify the parameters, whose effect grows with the distance from the balls. With this factor, 8 of 63 simulated
+/// machines with straightness, backlash and run-out have more left than the coverage interval, and two became worse
+/// (`cargo test -p trueaxis-tests --test desktop calibrated`); with 2 it was 11 of 37, and two.
 const OVER_TRAVEL: f64 = 4.0;
 /// Part of the prediction by which what is measured may exceed it: the scatter of a root mean square of ten rows is a
 /// quarter of it (2σ, 20 degrees of freedom).
