@@ -49,6 +49,7 @@ const POINTS: usize = 24;
 /// Balls that can be reached at fewer rotary positions than this are placed elsewhere.
 const LEAST: usize = 40;
 const TRIES: usize = 500;
+
 /// Random numbers.
 struct Random(Fixed);
 
@@ -128,7 +129,7 @@ impl DrawnMachine {
     }
 }
 
-/// The errors of models 12 and of scale, without backlash, which is drawn apart.
+/// The errors of model 13, times a factor.
 fn errors(machine: &Machine, factor: f64, random: &mut Random) -> Result<String, Box<dyn Error>> {
     let parameters = Model::Thirteen
         .parameters(machine, 0, &[])

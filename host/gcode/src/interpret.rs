@@ -98,7 +98,7 @@ impl State {
         Ok(())
     }
 
-    /// What cutter compensation does with a motion: after the first one behind a change it holds.
+    /// Notes what cutter compensation does with a motion: the first one after a change leads in or out.
     fn moved_under_cutter(&mut self) {
         self.under = match (self.cutter, self.cutter_changes) {
             (_, true) => Cutter::Changes,

@@ -209,7 +209,7 @@ impl<'t> Inliner<'t> {
         }
     }
 
-    /// A line with a call or a return; `None`: lines go on behind it.
+    /// Expands a line with a call or a return; `None` if the next line follows.
     fn call(
         &mut self,
         at: usize,

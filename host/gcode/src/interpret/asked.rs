@@ -109,7 +109,7 @@ impl<'l> Asked<'l> {
         )
     }
 
-    /// Where another word takes the axes, a word of motion stands beside it only as the mode of G28 and G30.
+    /// Refuses a motion beside another word that takes the axes, except G0 or G1 as the mode of G28 and G30.
     pub(super) fn refuse_motion(&self) -> Result<(), Fault> {
         let goes_home = matches!(self.once, Some((Code::Home(_), _)));
         let beside = self.rules.dialect.table().homes_beside_motion;

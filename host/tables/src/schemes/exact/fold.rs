@@ -453,7 +453,9 @@ impl<'a> Sums<'a> {
         // For each variable: the ratio of `other`'s function to `one`'s, and the change if they count as proportional.
         let each = || {
             let parts = sum.parts.iter().zip(&added.parts).zip(&self.parts);
-            let used = parts.enumerate().filter(|(_, ((a, b), _))| **a + **b > 0);
+            let used = parts
+                .enumerate()
+                .filter(|(_, ((a, b), _))| (**a, **b) != (0, 0));
             used.map(|(v, ((a, b), parts))| {
                 let (weight, rest) = parts.nearest[*a][*b];
                 (v, weight, added.peak * rest / parts.peak(*b))
@@ -689,6 +691,18 @@ mod tests {
         // A change beyond the spare tolerance is not made.
         let (structure, change) = folded(&made, 0.002, [X, Y]);
         assert_eq!((structure.terms.len(), change), (2, 0.0));
+    }
+
+    #[test]
+    fn three_terms_become_one_in_two_rounds() {
+        let mut made = Made::default();
+        for (constant, slope) in [(0.5, 1.0), (0.25, -0.5), (1.0, 0.125)] {
+            let table = made.table(Y, vec![constant, slope, 0.0]);
+            made.term(0, 1.0, &[ALONG_X, table]);
+        }
+        let (structure, change) = folded(&made, 1e-6, [X, Y]);
+        assert_eq!((structure.terms.len(), structure.count()), (1, 2));
+        assert!(change < 1e-12, "{change}");
     }
 
     #[test]

@@ -46,8 +46,8 @@ const MOST_WORK: usize = 600_000;
 const FITS: usize = 8;
 /// A draft that leaves more tolerances than this after a fit is not fitted again; eight rounds halve the error.
 const OUT_OF_REACH: f64 = 30.0;
-/// If the structure that fits into a full target leaves more tolerances than this, the tolerance is out of reach: no
-/// fit has more than halved an error.
+/// If a structure leaves more tolerances than this, nothing but joint effects can help: no fit has more than halved an
+/// error. If it leaves that because the target is full, the tolerance is out of reach.
 const MOST_FITTED: f64 = 2.0;
 /// [`MOST_FITTED`] before the structure for a tolerance is known, from the error that a finer one leaves. Functions
 /// chosen for a coarser tolerance may halve it.

@@ -164,7 +164,7 @@ impl Structure {
             let sums = |(along, square), (a, b): (&f64, &f64)| (along + a * b, square + a * a);
             let (along, square) = both().fold((0.0, 0.0), sums);
             let weight: f64 = along / square;
-            // Most tables are told apart by their first coefficients.
+            // Most tables already differ too much in their first coefficients.
             let rest = both()
                 .zip(&basis.peaks)
                 .try_fold(0.0, |rest, ((a, b), peak)| {
