@@ -208,7 +208,7 @@ impl<C: Room> Loader<C> {
     ///
     /// # Errors
     /// [`NotLoaded`]
-    pub fn try_on<R>(
+    pub(crate) fn try_on<R>(
         &mut self,
         blob: &[u8],
         look: impl FnOnce(&Compensation<'_, C>, &Compensation<'_, C>) -> R,

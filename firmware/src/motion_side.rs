@@ -191,5 +191,3 @@ impl<const AXES: usize> MotionSide<AXES> {
 
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod two_clocks;

@@ -167,12 +167,6 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// Reads a slot again to find changes that happened by themselves.
-    pub fn rescan(&mut self, slot: Slot) -> SlotState {
-        self.scan(slot);
-        self.state(slot)
-    }
-
     /// Sets the slot that the servo reads, which no upload touches; an upload into it is aborted.
     ///
     /// While a cross-fade reads both slots, no upload may begin.
@@ -191,7 +185,7 @@ impl<F: TableFlash> Slots<F> {
 
     /// Sets whether the machine stands still with its drives off and the servo does not run. Otherwise flash that
     /// stalls the processor is neither erased nor written; other flash ignores this. False at start.
-    pub fn set_standstill(&mut self, standstill: bool) {
+    pub(crate) fn set_standstill(&mut self, standstill: bool) {
         self.standstill = standstill;
     }
 

@@ -6,11 +6,11 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use trueaxis::{AlignedBlob, Axis, EncodeError, LoadError, Policy};
-use trueaxis_controllers::cec::{
+use trueaxis_export::cec::{
     CecOptions, CecTable, CecTolerance, EncoderValues, FactorTables, LengthUnit, LongProducts,
     NamedAxes, ReadOptions, TableLimits, draft, plan, print, read,
 };
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
 
 /// A linear, a rotary and an endless axis.
 static AXES: LazyLock<NamedAxes> = LazyLock::new(|| {

@@ -71,6 +71,23 @@ fn walk(c: &Fuzzed<'_>) {
         c.blob_len(),
         c.inputs_used(),
     );
+    samples(c);
+    for term in c.terms() {
+        assert!(usize::from(term.output) < c.axes().len());
+        assert!(term.factors.iter().all(|f| usize::from(*f) < c.tables()));
+    }
+    for travel in [Travel::Unknown, Travel::Positive, Travel::Negative] {
+        for x in [0.0, -1.0, 1e30, f32::NEG_INFINITY, f32::NAN] {
+            let mut inputs = Inputs::at([x; 8]);
+            inputs.auxiliaries = [x; trueaxis::AUXILIARIES];
+            let dq = c.evaluate(&inputs, &Travelling([travel; 8]), &c.weights());
+            assert!(dq.iter().all(|d| d.is_finite()), "{dq:?} at {x}");
+        }
+    }
+}
+
+/// Every sample of tables and grids.
+fn samples(c: &Fuzzed<'_>) {
     let mut table = 0;
     for bank in c.banks() {
         for column in 0..usize::from(bank.tables) {
@@ -93,18 +110,6 @@ fn walk(c: &Fuzzed<'_>) {
                     .expect("every node has a sample");
                 assert!(value.is_finite());
             }
-        }
-    }
-    for term in c.terms() {
-        assert!(usize::from(term.output) < c.axes().len());
-        assert!(term.factors.iter().all(|f| usize::from(*f) < c.tables()));
-    }
-    for travel in [Travel::Unknown, Travel::Positive, Travel::Negative] {
-        for x in [0.0, -1.0, 1e30, f32::NEG_INFINITY, f32::NAN] {
-            let mut inputs = Inputs::at([x; 8]);
-            inputs.auxiliaries = [x; trueaxis::AUXILIARIES];
-            let dq = c.evaluate(&inputs, &Travelling([travel; 8]), &c.weights());
-            assert!(dq.iter().all(|d| d.is_finite()), "{dq:?} at {x}");
         }
     }
 }

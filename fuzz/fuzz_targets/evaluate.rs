@@ -6,7 +6,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use trueaxis::{AlignedBlob, Servo, Travel, Travelling};
+use trueaxis::{AlignedBlob, Correction, Servo, Travel, Travelling};
 use trueaxis_fuzz::{Bytes, Fuzzed, draft, inputs, repaired};
 
 fuzz_target!(|data: &[u8]| {
@@ -42,6 +42,34 @@ fuzz_target!(|data: &[u8]| {
     run(&mut b, &first, &second);
 });
 
+/// Measurement mode, and the evaluation with arbitrary directions of travel.
+fn evaluate(c: &Fuzzed<'_>, b: &mut Bytes<'_>) {
+    let q = inputs(b);
+    let travel = Travelling(std::array::from_fn(|i| {
+        [Travel::Unknown, Travel::Positive, Travel::Negative]
+            [(i + usize::from(q.axes[0] as u8)) % 3]
+    }));
+    let dq = c.evaluate(&q, &travel, &c.weights());
+    assert!(dq.iter().all(|d| d.is_finite()), "evaluate: {dq:?}");
+    let again = c.evaluate(&q, &travel, &c.weights());
+    assert_eq!(dq.map(f32::to_bits), again.map(f32::to_bits));
+    let measured = c.measured(&q, &travel, &c.weights(), 3);
+    assert!(
+        measured.iter().all(|d| d.is_finite()),
+        "measured: {measured:?}"
+    );
+}
+
+fn bounded(correction: &Correction<[f32; 8]>, bounds: [f32; 8]) {
+    let both = correction.dq.iter().zip(correction.computed).zip(bounds);
+    for ((dq, computed), bound) in both {
+        // Sums of rounded steps may exceed a bound by their last bits.
+        let most = bound * 1.000_001;
+        assert!(dq.is_finite() && dq.abs() <= most, "dq {dq} over {bound}");
+        assert!(computed.abs() <= most, "computed {computed} over {bound}");
+    }
+}
+
 fn run(b: &mut Bytes<'_>, first: &AlignedBlob, second: &AlignedBlob) {
     let mut a = Fuzzed::empty();
     let mut z = Fuzzed::empty();
@@ -76,37 +104,13 @@ fn run(b: &mut Bytes<'_>, first: &AlignedBlob, second: &AlignedBlob) {
             8 => {
                 let _ = servo.set_weight(usize::from(b.below(12)), b.number());
             }
-            9 => {
-                // Measurement mode, and the evaluation with arbitrary directions of travel.
-                let q = inputs(b);
-                let travel = Travelling(std::array::from_fn(|i| {
-                    [Travel::Unknown, Travel::Positive, Travel::Negative]
-                        [(i + usize::from(q.axes[0] as u8)) % 3]
-                }));
-                let c = servo.compensation();
-                let dq = c.evaluate(&q, &travel, &c.weights());
-                assert!(dq.iter().all(|d| d.is_finite()), "evaluate: {dq:?}");
-                let again = c.evaluate(&q, &travel, &c.weights());
-                assert_eq!(dq.map(f32::to_bits), again.map(f32::to_bits));
-                let measured = c.measured(&q, &travel, &c.weights(), 3);
-                assert!(
-                    measured.iter().all(|d| d.is_finite()),
-                    "measured: {measured:?}"
-                );
-            }
+            9 => evaluate(servo.compensation(), b),
             _ => {}
         }
         let q = inputs(b);
         let repeat = 1 + b.below(4);
         for _ in 0..repeat {
-            let correction = servo.update(&q, referenced, dt);
-            let both = correction.dq.iter().zip(correction.computed).zip(bounds);
-            for ((dq, computed), bound) in both {
-                // Sums of rounded steps may exceed a bound by their last bits.
-                let most = bound * 1.000_001;
-                assert!(dq.is_finite() && dq.abs() <= most, "dq {dq} over {bound}");
-                assert!(computed.abs() <= most, "computed {computed} over {bound}");
-            }
+            bounded(&servo.update(&q, referenced, dt), bounds);
             let s = servo.factor();
             assert!((0.0..=1.0).contains(&s), "fade factor {s}");
         }

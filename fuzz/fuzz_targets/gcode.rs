@@ -15,7 +15,7 @@ use trueaxis_gcode::{
     Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream, subprograms,
 };
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
 
 /// Choices of a mode byte: dialects, and their switches.
 const DIALECTS: [Dialect; 7] = [

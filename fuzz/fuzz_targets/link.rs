@@ -60,6 +60,18 @@ fuzz_target!(|data: &[u8]| {
     drop(desktop.stop());
 });
 
+/// All chunks of a blob, whether it accepts them or not.
+fn upload(desktop: &mut Desktop<8, BLOCK>, blob: &[u8]) {
+    for (k, bytes) in blob.chunks(900).enumerate() {
+        let offset = 900 * k as u32;
+        let _ = trueaxis_firmware::link::Controller::answer(
+            &mut desktop.device,
+            &Request::Chunk { offset, bytes },
+            &mut [0; MOST_BODY],
+        );
+    }
+}
+
 /// Valid frames of one session with arbitrary bodies, and requests that reach deeper code.
 fn requests(desktop: &mut Desktop<8, BLOCK>, input: &mut Bytes<'_>) {
     let session = hello(desktop, 1);
@@ -73,30 +85,12 @@ fn requests(desktop: &mut Desktop<8, BLOCK>, input: &mut Bytes<'_>) {
         let force = input.flag();
         match input.below(12) {
             0 => send(desktop, session, sequence, &Request::Begin { length, crc }),
-            1 => {
-                // As long as it accepts them, from the offset it asks for.
-                let mut next = 0;
-                while next < blob.len() {
-                    let end = blob.len().min(next + 900);
-                    let bytes = &blob[next..end];
-                    let offset = next as u32;
-                    let _ = trueaxis_firmware::link::Controller::answer(
-                        &mut desktop.device,
-                        &Request::Chunk { offset, bytes },
-                        &mut [0; MOST_BODY],
-                    );
-                    next = end;
-                }
-            }
+            1 => upload(desktop, blob),
             2 => send(desktop, session, sequence, &Request::Commit { force }),
             3 => {
                 // A fade or a ramp lasts several hundred periods.
-                send(
-                    desktop,
-                    session,
-                    sequence,
-                    &Request::Activate { slot, force },
-                );
+                let request = Request::Activate { slot, force };
+                send(desktop, session, sequence, &request);
                 desktop.turn(1000);
             }
             4 => (0..input.byte()).for_each(|_| desktop.turn(1)),

@@ -5,11 +5,12 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use trueaxis_controllers::height_map::HeightMap;
-use trueaxis_controllers::isg::IsgParameters;
-use trueaxis_controllers::klipper::{bed_mesh, twist};
-use trueaxis_controllers::reprapfirmware;
-use trueaxis_measure::formats::{displacements, observations, probings, radii, runs, temperatures};
+use trueaxis_direct::formats::{displacements, radii, runs};
+use trueaxis_export::height_map::HeightMap;
+use trueaxis_export::isg::IsgParameters;
+use trueaxis_export::klipper::{bed_mesh, twist};
+use trueaxis_export::reprapfirmware;
+use trueaxis_identify::formats::{observations, probings, temperatures};
 use trueaxis_model::machine::Machine;
 
 static MACHINE: LazyLock<Machine> = LazyLock::new(|| {

@@ -102,144 +102,14 @@ pub fn repaired(bytes: &[u8]) -> AlignedBlob {
 
 /// A draft determined by the bytes; most of them encode.
 pub fn draft(b: &mut Bytes<'_>) -> Draft {
-    let axes: Vec<Axis> = (0..1 + b.below(4))
-        .map(|i| {
-            let kind = b.below(5);
-            Axis {
-                name: b"XYZC"[usize::from(i)],
-                travel: match kind {
-                    0 | 1 => [-f32::MAX, f32::MAX],
-                    2 => [-100.0, 100.0],
-                    _ => {
-                        let low = b.number();
-                        [low, low + b.small().abs() + 0.125]
-                    }
-                },
-                period: if kind == 0 { 360.0 } else { 0.0 },
-                value_bound: 0.001 + b.small().abs(),
-                rate_bound: 0.001 + b.small().abs(),
-                reversal_threshold: b.small().abs(),
-                ramp_rate: 0.001 + b.small().abs(),
-                reversal_rate: 0.001 + b.small().abs(),
-                reversal_acceleration: 20.0 * (0.001 + b.small().abs()),
-            }
-        })
-        .collect();
-    let auxiliaries: Vec<Auxiliary> = (0..b.below(3))
-        .map(|i| {
-            let kind = if b.flag() {
-                AuxiliaryKind::ToolLength
-            } else {
-                AuxiliaryKind::Temperature
-            };
-            let lags = kind == AuxiliaryKind::Temperature && i == 1;
-            Auxiliary {
-                kind,
-                name: ["t", "bed"][usize::from(i)].try_into().expect("short"),
-                reference: b.small(),
-                sensor: Sensor {
-                    lag_rate: if lags { 0.125 } else { 0.0 },
-                    ..Sensor::USUAL
-                },
-            }
-        })
-        .collect();
-    // The period of a modulo table fits once or twice into the turn of its axis; on other axes it is arbitrary.
-    let steps = |b: &mut Bytes<'_>, input: u8, points: u32, modulo: bool| {
-        let period = axes.get(usize::from(input)).map_or(0.0, |a| a.period);
-        let step = 0.125 + b.number().abs();
-        if modulo && period > 0.0 {
-            period / (points * (1 + u32::from(step > 1.0))) as f32
-        } else {
-            step
-        }
-    };
+    let axes: Vec<Axis> = (0..1 + b.below(4)).map(|i| axis(b, i)).collect();
+    let auxiliaries: Vec<Auxiliary> = (0..b.below(3)).map(|i| auxiliary(b, i)).collect();
     let inputs = (axes.len() + auxiliaries.len()) as u8;
+    let banks: Vec<DraftBank> = (0..b.below(5)).map(|_| bank(b, &axes, inputs)).collect();
+    let tables = banks.iter().map(|bank| bank.columns.len() as u8).sum();
     let outputs = axes.len() as u8;
-    let mut tables = 0;
-    let banks: Vec<DraftBank> = (0..b.below(5))
-        .map(|_| {
-            let input = b.below(inputs);
-            let columns = 1 + b.below(3);
-            let points = 2 + b.below(6);
-            let modulo = b.flag();
-            tables += columns;
-            DraftBank {
-                input,
-                start: b.number(),
-                step: steps(b, input, points.into(), modulo),
-                modulo,
-                direction: match b.below(4) {
-                    1 if input < outputs => Direction::Positive,
-                    2 if input < outputs => Direction::Negative,
-                    3 if input < outputs => Direction::Signed,
-                    _ => Direction::Both,
-                },
-                interpolation: if b.flag() && points >= 4 {
-                    Interpolation::Cubic
-                } else {
-                    Interpolation::Linear
-                },
-                format: if b.flag() {
-                    SampleFormat::I16
-                } else {
-                    SampleFormat::F32
-                },
-                columns: (0..columns)
-                    .map(|_| (0..points).map(|_| b.number()).collect())
-                    .collect(),
-            }
-        })
-        .collect();
-    let terms = (0..b.below(12))
-        .map(|_| {
-            let limits = (b.below(3) == 0).then(|| {
-                let low = b.number();
-                [low, low + b.small().abs()]
-            });
-            Term {
-                output: b.below(outputs),
-                weight: limits.map_or_else(|| b.number(), |[low, _]| low),
-                limits,
-                factors: (0..b.below(FACTORS as u8 + 1))
-                    .filter(|_| tables > 0)
-                    .map(|_| b.below(tables.max(1)))
-                    .collect(),
-            }
-        })
-        .collect();
-    let grids = (0..b.below(3))
-        .map(|_| {
-            let axes: Vec<GridAxis> = (0..1 + b.below(3))
-                .map(|_| {
-                    let (input, points) = (b.below(inputs), u32::from(2 + b.below(3)));
-                    let modulo = b.flag();
-                    GridAxis {
-                        input,
-                        start: b.number(),
-                        step: steps(b, input, points, modulo),
-                        points,
-                        modulo,
-                    }
-                })
-                .collect();
-            let first = b.below(outputs);
-            let outputs: Vec<u8> = (first..outputs).collect();
-            let nodes: u32 = axes.iter().map(|a| a.points).product();
-            DraftGrid {
-                values: (0..nodes as usize * outputs.len())
-                    .map(|_| b.number())
-                    .collect(),
-                axes,
-                outputs,
-                format: if b.flag() {
-                    SampleFormat::I16
-                } else {
-                    SampleFormat::F32
-                },
-            }
-        })
-        .collect();
+    let terms = (0..b.below(12)).map(|_| term(b, outputs, tables)).collect();
+    let grids = (0..b.below(3)).map(|_| grid(b, &axes, inputs)).collect();
     Draft {
         machine: "fuzz".to_owned(),
         policy: Policy::Direction { damping: 0.1 },
@@ -249,6 +119,132 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
         terms,
         grids,
         notes: Notes::default(),
+    }
+}
+
+fn axis(b: &mut Bytes<'_>, number: u8) -> Axis {
+    let kind = b.below(5);
+    Axis {
+        name: b"XYZC"[usize::from(number)],
+        travel: match kind {
+            0 | 1 => [-f32::MAX, f32::MAX],
+            2 => [-100.0, 100.0],
+            _ => {
+                let low = b.number();
+                [low, low + b.small().abs() + 0.125]
+            }
+        },
+        period: if kind == 0 { 360.0 } else { 0.0 },
+        value_bound: 0.001 + b.small().abs(),
+        rate_bound: 0.001 + b.small().abs(),
+        reversal_threshold: b.small().abs(),
+        ramp_rate: 0.001 + b.small().abs(),
+        reversal_rate: 0.001 + b.small().abs(),
+        reversal_acceleration: 20.0 * (0.001 + b.small().abs()),
+    }
+}
+
+fn auxiliary(b: &mut Bytes<'_>, number: u8) -> Auxiliary {
+    let kind = match b.flag() {
+        true => AuxiliaryKind::ToolLength,
+        false => AuxiliaryKind::Temperature,
+    };
+    let lags = kind == AuxiliaryKind::Temperature && number == 1;
+    Auxiliary {
+        kind,
+        name: ["t", "bed"][usize::from(number)].try_into().expect("short"),
+        reference: b.small(),
+        sensor: Sensor {
+            lag_rate: if lags { 0.125 } else { 0.0 },
+            ..Sensor::USUAL
+        },
+    }
+}
+
+/// The period of a modulo table fits once or twice into the turn of its axis; on other axes it is arbitrary.
+fn step(b: &mut Bytes<'_>, axes: &[Axis], input: u8, points: u32, modulo: bool) -> f32 {
+    let period = axes.get(usize::from(input)).map_or(0.0, |a| a.period);
+    let step = 0.125 + b.number().abs();
+    match modulo && period > 0.0 {
+        true => period / (points * (1 + u32::from(step > 1.0))) as f32,
+        false => step,
+    }
+}
+
+fn format(b: &mut Bytes<'_>) -> SampleFormat {
+    match b.flag() {
+        true => SampleFormat::I16,
+        false => SampleFormat::F32,
+    }
+}
+
+fn bank(b: &mut Bytes<'_>, axes: &[Axis], inputs: u8) -> DraftBank {
+    let outputs = axes.len() as u8;
+    let input = b.below(inputs);
+    let columns = 1 + b.below(3);
+    let points = 2 + b.below(6);
+    let modulo = b.flag();
+    DraftBank {
+        input,
+        start: b.number(),
+        step: step(b, axes, input, points.into(), modulo),
+        modulo,
+        direction: match b.below(4) {
+            1 if input < outputs => Direction::Positive,
+            2 if input < outputs => Direction::Negative,
+            3 if input < outputs => Direction::Signed,
+            _ => Direction::Both,
+        },
+        interpolation: match b.flag() && points >= 4 {
+            true => Interpolation::Cubic,
+            false => Interpolation::Linear,
+        },
+        format: format(b),
+        columns: (0..columns)
+            .map(|_| (0..points).map(|_| b.number()).collect())
+            .collect(),
+    }
+}
+
+fn term(b: &mut Bytes<'_>, outputs: u8, tables: u8) -> Term {
+    let limits = (b.below(3) == 0).then(|| {
+        let low = b.number();
+        [low, low + b.small().abs()]
+    });
+    Term {
+        output: b.below(outputs),
+        weight: limits.map_or_else(|| b.number(), |[low, _]| low),
+        limits,
+        factors: (0..b.below(FACTORS as u8 + 1))
+            .filter(|_| tables > 0)
+            .map(|_| b.below(tables.max(1)))
+            .collect(),
+    }
+}
+
+fn grid(b: &mut Bytes<'_>, axes: &[Axis], inputs: u8) -> DraftGrid {
+    let axis = |b: &mut Bytes<'_>| {
+        let (input, points) = (b.below(inputs), u32::from(2 + b.below(3)));
+        let modulo = b.flag();
+        GridAxis {
+            input,
+            start: b.number(),
+            step: step(b, axes, input, points, modulo),
+            points,
+            modulo,
+        }
+    };
+    let along: Vec<GridAxis> = (0..1 + b.below(3)).map(|_| axis(b)).collect();
+    let outputs = axes.len() as u8;
+    let outputs: Vec<u8> = (b.below(outputs)..outputs).collect();
+    let nodes: u32 = along.iter().map(|a| a.points).product();
+    DraftGrid {
+        values: (0..nodes as usize * outputs.len())
+            .map(|_| b.number())
+            .collect(),
+        axes: along,
+        outputs,
+        format: format(b),
     }
 }
 

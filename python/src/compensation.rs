@@ -206,20 +206,7 @@ impl Compensation {
         match failed {
             Ok(()) => rows.shaped(found),
             Err(Stop::Signal(raised)) => Err(raised),
-            Err(Stop::Value(row, input)) if input >= tables.axes().len() => Err(raise(
-                format!(
-                    "row {row}: {} is not finite",
-                    tables.auxiliaries()[input - tables.axes().len()].name
-                ),
-                "give every auxiliary input a value in each row",
-            )),
-            Err(Stop::Value(row, axis)) => Err(raise(
-                format!(
-                    "row {row}: the position of {} is not finite, or more than {MOST_PERIODS} periods away from zero",
-                    char::from(tables.axes()[axis].name)
-                ),
-                "remove rows with NaN and infinity, and reduce positions of endless axes into a few turns",
-            )),
+            Err(Stop::Value(row, input)) => Err(unusable(tables, row, input)),
         }
     }
 }
@@ -272,6 +259,26 @@ fn evaluate<T: Element + Copy + Into<f64>>(
             let mut each = rows.rows().into_iter().map(|row| row.to_vec());
             along(tables, std::iter::from_fn(|| each.next()), to, motion)
         }
+    }
+}
+
+/// An input of a row without a usable value.
+fn unusable(tables: &Largest<'_>, row: usize, input: usize) -> PyErr {
+    match input.checked_sub(tables.axes().len()) {
+        Some(auxiliary) => raise(
+            format!(
+                "row {row}: {} is not finite",
+                tables.auxiliaries()[auxiliary].name
+            ),
+            "give every auxiliary input a value in each row",
+        ),
+        None => raise(
+            format!(
+                "row {row}: the position of {} is not finite, or more than {MOST_PERIODS} periods away from zero",
+                char::from(tables.axes()[input].name)
+            ),
+            "remove rows with NaN and infinity, and reduce positions of endless axes into a few turns",
+        ),
     }
 }
 
@@ -384,6 +391,24 @@ pub fn compile(
         (options, made)
     })?;
     let made = made.map_err(|error| raise(error.to_string(), error.remedy()))?;
+    let whole = accepted(made, &options, best_effort)?;
+    let warnings = whole.warnings.iter().map(ToString::to_string);
+    let missed = whole.missed.iter().map(ToString::to_string);
+    let warnings: Vec<String> = warnings.chain(missed).collect();
+    for warning in &warnings {
+        warn(py, warning)?;
+    }
+    let made = Made {
+        machine: machine.clone(),
+        errors: errors.clone(),
+        warnings,
+        verification: verification(&whole)?,
+    };
+    Compensation::load_aligned(whole.best.built.blob, Some(made))
+}
+
+/// Tables that may be written.
+fn accepted(made: made::Made, options: &Options, best_effort: bool) -> PyResult<Box<made::Whole>> {
     let may_be_written = made.may_be_written(best_effort);
     let whole = match made {
         made::Made::Verified(whole) => whole,
@@ -395,36 +420,28 @@ pub fn compile(
             ));
         }
     };
-    if !may_be_written {
-        let coarser = whole.best.fits_um.map_or_else(
-            || "a coarser tolerance".to_owned(),
-            |um| format!("tolerance={um}, which is met"),
-        );
-        return Err(raise(
-            all(&whole.refusals),
-            format!("give {coarser}, another target, or best_effort=True"),
-        ));
+    if may_be_written {
+        return Ok(whole);
     }
-    let warnings = whole.warnings.iter().map(ToString::to_string);
-    let missed = whole.missed.iter().map(ToString::to_string);
-    let warnings: Vec<String> = warnings.chain(missed).collect();
-    for warning in &warnings {
-        warn(py, warning)?;
-    }
-    let verification = ProofFigures {
+    let coarser = whole.best.fits_um.map_or_else(
+        || "a coarser tolerance".to_owned(),
+        |um| format!("tolerance={um}, which is met"),
+    );
+    Err(raise(
+        all(&whole.refusals),
+        format!("give {coarser}, another target, or best_effort=True"),
+    ))
+}
+
+/// The figures of a verification as JSON.
+fn verification(whole: &made::Whole) -> PyResult<String> {
+    let figures = ProofFigures {
         tolerance_um: whole.best.tolerance,
         meets_tolerance: whole.best.verification.meets(whole.best.tolerance),
-        verified: VerifiedFigures::new(&whole),
+        verified: VerifiedFigures::new(whole),
     };
-    let verification = serde_json::to_string(&verification)
-        .map_err(|error| raise(error.to_string(), "report this with the machine"))?;
-    let made = Made {
-        machine: machine.clone(),
-        errors: errors.clone(),
-        warnings,
-        verification,
-    };
-    Compensation::load_aligned(whole.best.built.blob, Some(made))
+    serde_json::to_string(&figures)
+        .map_err(|error| raise(error.to_string(), "report this with the machine"))
 }
 
 /// What is kept of a verification.

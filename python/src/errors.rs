@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use trueaxis_measure::direct::counted_twice;
+use trueaxis_direct::counted_twice;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Policy;
 use trueaxis_model::motion;
@@ -226,7 +226,7 @@ impl Errors {
     fn warned(self, py: Python<'_>) -> PyResult<Self> {
         if !self.model.slopes_beside_squareness {
             for doubt in counted_twice(&self.machine.0, &self.model) {
-                warn(py, &format!("{doubt}\n  {}", doubt.remedy()))?;
+                warn(py, &format!("{doubt}\n  {}", doubt.remedy))?;
             }
         }
         Ok(self)

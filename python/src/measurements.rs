@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::{observations, probings};
-use trueaxis_measure::identify::{Model, ModelError};
-use trueaxis_measure::simulate::{self, Disturbances};
-use trueaxis_measure::study::{Identification, RowRecord, Study, StudyRefusal, StudyRequest};
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::{observations, probings};
+use trueaxis_identify::simulate::{self, Disturbances};
+use trueaxis_identify::{Model, ModelError};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_study::{Identification, RowRecord, Study, StudyRefusal, StudyRequest};
 
 /// Positions of the axes with the stylus on balls.
 #[pyclass(frozen, module = "trueaxis")]

@@ -1,9 +1,9 @@
 //! Why a blob was refused.
 
+mod message;
+
 use core::fmt;
 
-use crate::description::{ADJUSTABLE, AUXILIARIES, FACTORS};
-use crate::format::{LARGEST_BLOB, VERSION};
 use crate::room::Counts;
 
 /// A part of the description, with its index where there are several.
@@ -120,12 +120,12 @@ pub enum LoadError {
         /// Number of tables.
         found: u32,
     },
-    /// More auxiliaries than [`AUXILIARIES`].
+    /// More auxiliaries than [`AUXILIARIES`](crate::AUXILIARIES).
     TooManyAuxiliaries {
         /// Number of auxiliaries.
         found: u32,
     },
-    /// More adjustable terms than [`ADJUSTABLE`]; reports the first one in excess.
+    /// More adjustable terms than [`ADJUSTABLE`](crate::ADJUSTABLE); reports the first one in excess.
     TooManyAdjustable {
         /// Index of the term.
         term: u16,
@@ -276,7 +276,7 @@ pub enum LoadError {
         /// Index of the term.
         term: u16,
     },
-    /// A product has more tables than [`FACTORS`].
+    /// A product has more tables than [`FACTORS`](crate::FACTORS).
     TooManyFactors {
         /// Index of the term.
         term: u16,
@@ -339,7 +339,7 @@ pub enum LoadError {
     },
     /// The damping of the policy is not a number from 0.01 to 1.
     Damping,
-    /// The header states more than [`LARGEST_BLOB`] bytes.
+    /// The header states more than [`LARGEST_BLOB`](crate::LARGEST_BLOB) bytes.
     TooLong {
         /// Length stated in the header.
         stated: u32,
@@ -360,168 +360,6 @@ pub enum LoadError {
         /// Index of the auxiliary.
         auxiliary: u16,
     },
-}
-
-impl fmt::Display for LoadError {
-    #[allow(clippy::too_many_lines)] // one line of prose per variant
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::NoHeader => f.write_str("fewer than the 16 bytes of a header"),
-            Self::BadMagic => f.write_str("not a compensation: it does not start with TRAX"),
-            Self::UnknownVersion { found } => write!(
-                f,
-                "format version {found} is unknown here (known: {})",
-                VERSION
-            ),
-            Self::Notes { stated } => {
-                write!(
-                    f,
-                    "the header states {stated} bytes of notes, more than there are"
-                )
-            }
-            Self::WrongLength { stated, held } => {
-                write!(f, "the header states {stated} bytes, there are {held}")
-            }
-            Self::TooLong { stated } => write!(
-                f,
-                "the header states {stated} bytes, a blob has at most {LARGEST_BLOB}"
-            ),
-            Self::BadChecksum => f.write_str("the checksum does not match: the bytes are damaged"),
-            Self::Misaligned => f.write_str("the blob must start at a multiple of 4 bytes"),
-            Self::Truncated { part } => write!(f, "the description ends within: {part}"),
-            Self::Malformed { part } => write!(f, "the encoding is not valid: {part}"),
-            Self::UnknownVariant { part, found } => {
-                write!(f, "variant {found} is unknown: {part}")
-            }
-            Self::TooSmall { needed, held } => {
-                f.write_str("too large for this target: ")?;
-                for (what, needed, held) in needed.shortages(held) {
-                    write!(f, "{needed} {what}, of which it holds {held}; ")?;
-                }
-                write!(f, "raise its capacities to {}", needed.larger(held))
-            }
-            Self::TooManyTables { found } => {
-                write!(f, "{found} tables, at most 255 can be numbered")
-            }
-            Self::TooManyAuxiliaries { found } => {
-                write!(f, "{found} auxiliaries, at most {}", AUXILIARIES)
-            }
-            Self::TooManyAdjustable { term } => write!(
-                f,
-                "term {term} is one adjustable term too many, at most {}",
-                ADJUSTABLE
-            ),
-            Self::NoAxes => f.write_str("no axes"),
-            Self::AxisName { axis } => write!(f, "axis {axis}: the name must be an ASCII letter"),
-            Self::DuplicateAxis { axis } => {
-                write!(f, "axis {axis} has the name of an earlier axis")
-            }
-            Self::Travel { axis } => {
-                write!(f, "axis {axis}: the travel must be finite, lower end first")
-            }
-            Self::AxisPeriod { axis } => {
-                write!(f, "axis {axis}: the period must be 0, or from 1e-9 to 1e9")
-            }
-            Self::EndlessTravel { axis } => {
-                write!(
-                    f,
-                    "axis {axis} has a period: its travel must be without end"
-                )
-            }
-            Self::ValueBound { axis } => {
-                write!(f, "axis {axis}: the value bound must be from 1e-9 to 1e9")
-            }
-            Self::RateBound { axis } => {
-                write!(f, "axis {axis}: the rate bound must be from 1e-9 to 1e9")
-            }
-            Self::ReversalThreshold { axis } => {
-                write!(
-                    f,
-                    "axis {axis}: the reversal threshold must be from 0 to 1e9"
-                )
-            }
-            Self::RampRate { axis } => {
-                write!(f, "axis {axis}: the ramp rate must be from 1e-9 to 1e9")
-            }
-            Self::Reference { auxiliary } => {
-                write!(f, "auxiliary {auxiliary}: the reference must be finite")
-            }
-            Self::LagRate { auxiliary } => write!(
-                f,
-                "auxiliary {auxiliary}: the rate of its lag must be 0, or from 1e-7 to 1"
-            ),
-            Self::Reversal { axis } => write!(
-                f,
-                "axis {axis}: rate and acceleration of a reversal must be from 1e-9 to 1e9"
-            ),
-            Self::Sensor { auxiliary } => write!(
-                f,
-                "auxiliary {auxiliary}: it must be followed at 0.01 to 10 K/s, within ±1000 °C"
-            ),
-            Self::Input { part, input } => write!(f, "{part}: input {input} does not exist"),
-            Self::Start { part } => write!(f, "{part}: first and last point must be finite"),
-            Self::Step { part } => write!(f, "{part}: the step must be positive and finite"),
-            Self::Points { part, points } => {
-                write!(f, "{part}: {points} points, must be 2 to 16777216")
-            }
-            Self::Period { part } => write!(f, "{part}: the period must be finite"),
-            Self::PeriodMismatch { part } => {
-                write!(f, "{part}: the period must divide that of the axis")
-            }
-            Self::DirectionOfAuxiliary { bank } => {
-                write!(f, "bank {bank}: an auxiliary input has no direction")
-            }
-            Self::EmptyBank { bank } => write!(f, "bank {bank} has no tables"),
-            Self::ScaleCount { part, found } => {
-                write!(f, "{part}: {found} scales do not fit its samples")
-            }
-            Self::Scale { part, index } => {
-                write!(f, "{part}: scale {index} must be from 1e-30 to 1e9")
-            }
-            Self::SamplesMisplaced { part } => write!(
-                f,
-                "{part}: the samples do not start where those before them end"
-            ),
-            Self::SamplesOutside { part } => write!(f, "{part}: the samples end outside the blob"),
-            Self::UnusedSamples => f.write_str("some samples belong to no bank or grid"),
-            Self::TableSample { table, point } => {
-                write!(f, "table {table}: point {point} is not finite")
-            }
-            Self::GridSample { grid, node } => write!(f, "grid {grid}: node {node} is not finite"),
-            Self::TableMagnitude { table } => write!(f, "table {table} may exceed 1e15"),
-            Self::TermOutput { term } => write!(f, "term {term}: the output axis does not exist"),
-            Self::Weight { term } => write!(f, "term {term}: the weight is not finite"),
-            Self::Limits { term } => {
-                write!(f, "term {term}: the limits must be finite, the lower first")
-            }
-            Self::WeightOutsideLimits { term } => {
-                write!(f, "term {term}: the weight is outside its limits")
-            }
-            Self::TooManyFactors { term, found } => {
-                write!(f, "term {term}: {found} factors, at most {}", FACTORS)
-            }
-            Self::Factor { term, table } => write!(f, "term {term}: table {table} does not exist"),
-            Self::TermMagnitude { term } => write!(f, "term {term}: its product may exceed 1e15"),
-            Self::OutputMagnitude { axis } => {
-                write!(f, "axis {axis}: the sum of its terms may exceed 1e15")
-            }
-            Self::GridInputs { grid, found } => {
-                write!(f, "grid {grid}: {found} inputs, must be 1 to 3")
-            }
-            Self::GridOutputs { grid } => {
-                write!(
-                    f,
-                    "grid {grid}: must have 1 to 6 different, existing outputs"
-                )
-            }
-            Self::Damping => f.write_str("the damping must be a number from 0.01 to 1"),
-            Self::PaddingNotZero => f.write_str("the padding after the description is not zero"),
-            Self::SectionLength { stated, computed } => write!(
-                f,
-                "the header states {stated} bytes, description and samples take {computed}"
-            ),
-        }
-    }
 }
 
 impl core::error::Error for LoadError {}

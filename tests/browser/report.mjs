@@ -31,9 +31,10 @@ const FLAGS = [
 ];
 /** Widths at which nothing may overflow: a phone, a desk. */
 const WIDTHS = [390, 1400];
-/** Milliseconds in which a page is open, at the best of so many times: what else runs on the computer only adds to it. */
+/** Milliseconds of the processor in which a page is open, at the best of so many times: other work on the computer, which
+ * only adds to it through caches, is not counted. */
 const MOST_OPEN = 1000;
-const OPENINGS = 10;
+const OPENINGS = 3;
 
 /** Of these there are pictures of both widths in both schemes, and axe looks at them. */
 const SHOWN = ["huron-13", "kolibri-12", "mill-21", "six-axes"];
@@ -57,6 +58,22 @@ async function open(browser, report, { width, scheme, motion = "no-preference" }
   await page.goto(address);
   await page.waitForFunction(() => document.querySelector("#worst-list li"));
   return { page, context, fault };
+}
+
+/** Loads a page again; the processor time (ms) of its main thread until it is open. */
+async function opening(page) {
+  const session = await page.context().newCDPSession(page);
+  await session.send("Performance.enable", { timeDomain: "threadTicks" });
+  const spent = async () => {
+    const { metrics } = await session.send("Performance.getMetrics");
+    return 1000 * metrics.find((metric) => metric.name === "TaskDuration").value;
+  };
+  const before = await spent();
+  await page.reload();
+  await page.waitForFunction(() => document.querySelector("#worst-list li"));
+  const after = await spent();
+  await session.detach();
+  return after - before;
 }
 
 async function look(browser, report) {
@@ -84,16 +101,10 @@ async function look(browser, report) {
     for (const check of [checks.overflow, checks.figures, checks.hostile])
       (await page.evaluate(check)).forEach(fault);
     if (width === Math.max(...WIDTHS)) {
-      const timing = await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd);
-      figures.open = timing;
-      for (let times = 1; times < OPENINGS && figures.open > MOST_OPEN; times++) {
-        await page.reload();
-        figures.open = Math.min(
-          figures.open,
-          await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd),
-        );
-      }
-      if (figures.open > MOST_OPEN) fault(`it opens in ${figures.open} ms`);
+      figures.open = await opening(page);
+      for (let times = 1; times < OPENINGS && figures.open > MOST_OPEN; times++)
+        figures.open = Math.min(figures.open, await opening(page));
+      if (figures.open > MOST_OPEN) fault(`opening it takes ${figures.open} ms of the processor`);
       await page.waitForFunction(() => document.querySelector("#worst-list li"));
       Object.assign(figures, await agreesEverywhere(page, report, trueaxis, folder, fault));
       await pointsRight(page, report, trueaxis, fault);

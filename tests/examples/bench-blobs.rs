@@ -3,53 +3,9 @@
 
 use std::path::Path;
 use std::process::ExitCode;
-use trueaxis::{
-    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis,
-    Interpolation, SampleFormat, Sensor, Term,
-};
+use trueaxis::{Auxiliary, AuxiliaryKind, Draft, DraftBank, Interpolation, Sensor};
 use trueaxis_tests::Fixed;
-
-fn axis(name: u8, travel: [f32; 2]) -> Axis {
-    Axis {
-        name,
-        travel,
-        period: 0.0,
-        value_bound: 1.0,
-        rate_bound: 1.0,
-        reversal_threshold: 0.001,
-        ramp_rate: 1.0,
-        reversal_rate: 1.0,
-        reversal_acceleration: 20.0,
-    }
-}
-
-/// 25 × 25 × 25 nodes over X Y Z, three outputs.
-fn grid() -> Draft {
-    const NODES: u32 = 25;
-    const STEP: f32 = 20.0;
-    let travel = [0.0, (NODES - 1) as f32 * STEP];
-    let mut random = Fixed::new(2);
-    let lines = (0..3).map(|input| GridAxis {
-        input,
-        start: travel[0],
-        step: STEP,
-        points: NODES,
-        modulo: false,
-    });
-    Draft {
-        machine: "cube".to_owned(),
-        axes: b"XYZ".map(|name| axis(name, travel)).into(),
-        grids: vec![DraftGrid {
-            axes: lines.collect(),
-            outputs: vec![0, 1, 2],
-            format: SampleFormat::F32,
-            values: (0..3 * NODES.pow(3))
-                .map(|_| random.within(-0.05, 0.05) as f32)
-                .collect(),
-        }],
-        ..Draft::default()
-    }
-}
+use trueaxis_tests::golden::{cube, plain_axis, plain_bank, product, random_values};
 
 /// The layout of the source document for thirteen errors: 13, 11, 14, 1 and 1 tables correct X, Y, Z, A and C. All
 /// tables of a linear axis except one are products of a pair of a linear axis and A, as in its Eq. 59; tables have 15
@@ -86,54 +42,38 @@ fn document() -> Draft {
     .collect();
 
     let mut random = Fixed::new(40);
-    let mut banks: Vec<DraftBank> = (0..5)
-        .map(|input| DraftBank {
-            input: input as u8,
-            start: travel[input][0],
-            step: (travel[input][1] - travel[input][0]) / (POINTS - 1) as f32,
-            modulo: false,
-            direction: Direction::Both,
-            interpolation: Interpolation::Linear,
-            format: SampleFormat::F32,
-            columns: Vec::new(),
-        })
-        .collect();
-    // Tables are numbered through the banks, so the banks must be complete first.
+    let mut columns: [Vec<Vec<f32>>; 5] = Default::default();
+    // Tables are numbered through the banks, so all of them must be there first.
     let mut places = Vec::new();
     for (_, inputs) in &terms {
         for &input in inputs {
-            let columns = &mut banks[input].columns;
-            places.push((input, columns.len()));
-            columns.push(
-                (0..POINTS)
-                    .map(|_| random.within(-0.3, 0.3) as f32)
-                    .collect(),
-            );
+            places.push((input, columns[input].len()));
+            columns[input].push(random_values(&mut random, POINTS, 0.3));
         }
     }
     assert_eq!(places.len(), 40);
     let first: Vec<usize> = (0..5)
-        .map(|bank| banks[..bank].iter().map(|b| b.columns.len()).sum())
+        .map(|bank| columns[..bank].iter().map(Vec::len).sum())
         .collect();
-    let mut places = places
-        .into_iter()
-        .map(|(bank, column)| first[bank] + column);
-    let terms = terms.iter().map(|(output, inputs)| Term {
-        output: *output as u8,
-        weight: 1.0,
-        limits: None,
-        factors: places
-            .by_ref()
-            .take(inputs.len())
-            .map(|p| p as u8)
-            .collect(),
+    let mut places = places.into_iter();
+    let mut place = || {
+        places
+            .next()
+            .map(|(bank, column)| (first[bank] + column) as u8)
+    };
+    let terms = terms.iter().map(|(output, inputs)| {
+        let factors: Vec<u8> = inputs.iter().filter_map(|_| place()).collect();
+        product(*output as u8, &factors)
     });
-    banks.retain(|bank| !bank.columns.is_empty());
+    let banks = (0_u8..).zip(travel).zip(columns);
+    let banks = banks.filter(|(_, columns)| !columns.is_empty());
     Draft {
         machine: "document".to_owned(),
-        axes: (0..5).map(|k| axis(b"XYZAC"[k], travel[k])).collect(),
+        axes: (0..5).map(|k| plain_axis(b"XYZAC"[k], travel[k])).collect(),
         terms: terms.collect(),
-        banks,
+        banks: banks
+            .map(|((input, range), columns)| plain_bank(input, range, columns))
+            .collect(),
         ..Draft::default()
     }
 }
@@ -142,29 +82,18 @@ fn document() -> Draft {
 fn one_bank(tables: usize, interpolation: Interpolation) -> Draft {
     const SAMPLES: usize = 24;
     let mut random = Fixed::new(tables as u64);
-    let mut sample = || random.within(-0.05, 0.05) as f32;
+    let columns = (0..tables).map(|_| random_values(&mut random, SAMPLES, 0.05));
+    let range = [-400.0, 400.0];
     Draft {
         machine: "bank".to_owned(),
-        axes: vec![axis(b'X', [-400.0, 400.0])],
+        axes: vec![plain_axis(b'X', range)],
         banks: vec![DraftBank {
-            input: 0,
-            start: -400.0,
             step: 800.0 / (SAMPLES - 3) as f32,
-            modulo: false,
-            direction: Direction::Both,
             interpolation,
-            format: SampleFormat::F32,
-            columns: (0..tables)
-                .map(|_| (0..SAMPLES).map(|_| sample()).collect())
-                .collect(),
+            ..plain_bank(0, range, columns.collect())
         }],
         terms: (0..tables as u8)
-            .map(|table| Term {
-                output: 0,
-                weight: 1.0,
-                limits: None,
-                factors: [table].into_iter().collect(),
-            })
+            .map(|table| product(0, &[table]))
             .collect(),
         ..Draft::default()
     }
@@ -192,9 +121,7 @@ fn thermal(lag_rate: Option<f32>) -> Draft {
             });
         }
         draft.banks.push(bank);
-        let mut term = one.terms[0].clone();
-        term.factors = [number].into_iter().collect();
-        draft.terms.push(term);
+        draft.terms.push(product(0, &[number]));
     }
     draft
 }
@@ -206,7 +133,7 @@ fn main() -> ExitCode {
     };
     let (linear, cubic) = (Interpolation::Linear, Interpolation::Cubic);
     for (name, draft) in [
-        ("grid25.trax", grid()),
+        ("grid25.trax", cube()),
         ("document40.trax", document()),
         ("linear1.trax", one_bank(1, linear)),
         ("linear9.trax", one_bank(9, linear)),

@@ -2,8 +2,8 @@
 //! run --release -p trueaxis-tests --example conditions`.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::IdentifyOptions;
+use trueaxis_identify::IdentifyOptions;
+use trueaxis_identify::formats::probings::Probings;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tests::probed::Case;

@@ -7,10 +7,10 @@ use serde_json::json;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::formats::probings::{Probing, Probings};
-use trueaxis_measure::identify::{Identified, IdentifyOptions, Model, Problem, identify};
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::observations::Observations;
+use trueaxis_identify::formats::probings::{Probing, Probings};
+use trueaxis_identify::{Identified, IdentifyOptions, Model, Problem, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::{MAX_AXES, Machine};
 use trueaxis_tests::observed::{Strategy, observed};
@@ -22,6 +22,19 @@ const PROBLEMS: [(usize, usize, usize, u8); 2] = [(100, 1000, 8, 4), (300, 3000,
 /// Number of runs averaged.
 const TIMES: u32 = 5;
 
+/// Processor time (s) of a computation, the mean of several, and time by the clock.
+fn timed(compute: impl Fn()) -> [f64; 2] {
+    let (start, before) = (Instant::now(), processor());
+    for _ in 0..TIMES {
+        compute();
+    }
+    let wall = start.elapsed().as_secs_f64() / f64::from(TIMES);
+    match (before, processor()) {
+        (Some(before), Some(after)) => [(after - before) / f64::from(TIMES), wall],
+        _ => [wall; 2],
+    }
+}
+
 fn main() -> ExitCode {
     let Some(folder) = std::env::args().nth(1) else {
         eprintln!("usage: identify-speed FOLDER");
@@ -30,17 +43,11 @@ fn main() -> ExitCode {
     let machine = machine("examples/kolibri/machine.toml");
     for (unknowns, rows, balls, degree) in PROBLEMS {
         let task = Task::new(&machine, unknowns, rows, balls, degree);
-        let (start, before) = (Instant::now(), processor());
-        for _ in 0..TIMES {
+        let [seconds, wall] = timed(|| {
             let identified = task.identified();
             assert_eq!(identified.parameters.len(), task.parameters.len());
             assert!(identified.unseen.is_empty(), "the rival fits all");
-        }
-        let wall = start.elapsed().as_secs_f64() / f64::from(TIMES);
-        let seconds = match (before, processor()) {
-            (Some(before), Some(after)) => (after - before) / f64::from(TIMES),
-            _ => wall,
-        };
+        });
         let identified = task.identified();
         println!(
             "{unknowns} unknowns from {rows} probings: {seconds:.3} s of processor time ({wall:.3} s), condition {:.0}",
@@ -48,16 +55,10 @@ fn main() -> ExitCode {
         );
         let mixed = Task::new(&machine, unknowns - SETUP_UNKNOWNS, rows / 2, balls, degree);
         let observations = mixed.observed(rows / 2);
-        let (start, before) = (Instant::now(), processor());
-        for _ in 0..TIMES {
+        let [own, wall] = timed(|| {
             let identified = mixed.identified_with(&observations);
             assert!(identified.unseen.is_empty());
-        }
-        let wall = start.elapsed().as_secs_f64() / f64::from(TIMES);
-        let own = match (before, processor()) {
-            (Some(before), Some(after)) => (after - before) / f64::from(TIMES),
-            _ => wall,
-        };
+        });
         println!(
             "{unknowns} unknowns from {} probings and {} observations: {own:.3} s of processor time ({wall:.3} s)",
             rows / 2,

@@ -81,6 +81,38 @@ fn write(cases: &[Case], folder: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
+/// Judges all machines, several at a time.
+fn judged(cases: &[Case], arguments: &Arguments) -> Vec<Judged> {
+    let judged = Mutex::new(Vec::new());
+    let next = AtomicUsize::new(0);
+    let one_after_another = || {
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let Some(case) = cases.get(number) else {
+                break;
+            };
+            let effort = Effort {
+                finest: !arguments.quick,
+                board: !arguments.quick,
+            };
+            let new = Judged::new(case, arguments.tolerance, effort);
+            let mut judged = judged.lock().expect("nobody panics with the lock");
+            println!("{:>3}/{} {new}", judged.len() + 1, cases.len());
+            judged.push(new);
+        }
+    };
+    // Not with rayon, which the scheme itself uses: it would start one machine in the middle of another, and the times
+    // would be meaningless.
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(one_after_another);
+        }
+    });
+    let mut judged = judged.into_inner().expect("nobody panics with the lock");
+    judged.sort_by_key(|j| j.seed);
+    judged
+}
+
 fn main() -> ExitCode {
     let Some(arguments) = arguments() else {
         eprintln!("{USAGE}");
@@ -111,33 +143,7 @@ fn main() -> ExitCode {
     println!(
         "what was reached of each tolerance (µm, µrad), with tables/terms and the time it took"
     );
-    let judged = Mutex::new(Vec::new());
-    let next = AtomicUsize::new(0);
-    let one_after_another = || {
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some(case) = cases.get(number) else {
-                break;
-            };
-            let effort = Effort {
-                finest: !arguments.quick,
-                board: !arguments.quick,
-            };
-            let new = Judged::new(case, arguments.tolerance, effort);
-            let mut judged = judged.lock().expect("nobody panics with the lock");
-            println!("{:>3}/{} {new}", judged.len() + 1, cases.len());
-            judged.push(new);
-        }
-    };
-    // Not with rayon, which the scheme itself uses: it would start one machine in the middle of another, and the times
-    // would be meaningless.
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(one_after_another);
-        }
-    });
-    let mut judged = judged.into_inner().expect("nobody panics with the lock");
-    judged.sort_by_key(|j| j.seed);
+    let judged = judged(&cases, &arguments);
     let counts = Counts::of(&judged, arguments.tolerance);
     println!("\n{counts}");
     for wrong in judged.iter().filter(|j| !j.marks().is_empty()) {

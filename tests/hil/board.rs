@@ -8,7 +8,7 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use trueaxis_controllers::link::{Client, LinkedController, Tcp};
+use trueaxis_link::{Client, LinkedController, Tcp};
 
 /// Locations of programs and output files.
 pub struct Setup<'c> {

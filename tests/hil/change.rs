@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 use trueaxis::link::{Activation, Refusal, Request, Slot};
 use trueaxis::{Compensation, Conditions, Correction};
-use trueaxis_controllers::link::{Client, LinkError, Tcp};
+use trueaxis_link::{Client, LinkError, Tcp};
 
 /// Number of servo periods between two queries.
 const STRETCH: usize = 500;

@@ -9,7 +9,7 @@ use trueaxis::link::{
     Framed, Header, MOST_BODY, MOST_WIRE, PROTOCOL, Received, Receiver, Request, encode,
     encode_frame,
 };
-use trueaxis_controllers::link::{Client, Port, Tcp, flash};
+use trueaxis_link::{Client, Port, Tcp, flash};
 use trueaxis_tests::Fixed;
 
 /// Number of noise bytes.

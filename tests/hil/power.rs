@@ -7,7 +7,7 @@ use std::fs;
 use std::thread;
 use std::time::{Duration, Instant};
 use trueaxis::link::{Fault, Slot, SlotState};
-use trueaxis_controllers::link::LinkedController;
+use trueaxis_link::LinkedController;
 use trueaxis_tests::Fixed;
 
 /// Number of power cuts during uploads.

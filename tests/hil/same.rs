@@ -6,7 +6,7 @@ use crate::{Failure, Seen, widths};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueaxis::link::Request;
 use trueaxis::{AuxiliaryKind, Compensation, Correction, Inputs, Servo};
-use trueaxis_controllers::link::{Client, Tcp};
+use trueaxis_link::{Client, Tcp};
 use trueaxis_tests::Fixed;
 
 /// Number of evaluations of each example at random positions.

@@ -12,15 +12,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use trueaxis::link::EvaluateRow;
 use trueaxis::{Inputs, Travel, Travelling};
-use trueaxis_controllers::link::{Client, Tcp};
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::{self, Probing};
-use trueaxis_measure::simulate::{Disturbances, compensated};
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::probings::{self, Probing};
+use trueaxis_identify::simulate::{Disturbances, compensated};
+use trueaxis_link::{Client, Tcp};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
-use trueaxis_tables::uncertainty;
-use trueaxis_tables::validate::Command;
+use trueaxis_model::uncertainty;
+use trueaxis_model::validate::Command;
 use trueaxis_tests::{Fixed, errors, machine, read};
 
 /// A machine, its true errors, the plan, and the plan that validates the compensation.

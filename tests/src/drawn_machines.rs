@@ -5,12 +5,12 @@ use crate::fixed::Fixed;
 use nalgebra::Vector3;
 use std::error::Error;
 use std::f64::consts::TAU;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::identify::Model;
-use trueaxis_measure::plan::{Allowed, Probe, Setup};
+use trueaxis_identify::Model;
+use trueaxis_identify::formats::artefact::Artefact;
 use trueaxis_model::errors::{ErrorModel, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_probing::plan::{Allowed, Probe, Setup};
 
 /// Layouts: a trunnion, table and head, a fork head, a trunnion with an inclined axis, and two trunnions of other sizes.
 const MACHINES: [(&str, &str); 6] = [

@@ -1,22 +1,80 @@
 //! Contents of the golden blobs of format version 1, and hashes of their corrections.
 
-use crate::moves;
+use crate::{Fixed, moves};
 use trueaxis::{
     Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis,
     Interpolation, Largest, Notes, Policy, SampleFormat, Term, Zone,
 };
 
-fn axis(name: u8, travel: f32) -> Axis {
+/// An axis whose limits hardly act.
+#[must_use]
+pub fn plain_axis(name: u8, travel: [f32; 2]) -> Axis {
     Axis {
         name,
-        travel: [-travel, travel],
+        travel,
         period: 0.0,
+        value_bound: 1.0,
+        rate_bound: 100.0,
+        reversal_threshold: 0.001,
+        ramp_rate: 1.0,
+        reversal_rate: 100.0,
+        reversal_acceleration: 20.0,
+    }
+}
+
+/// A bank of linear tables over `range`.
+#[must_use]
+pub fn plain_bank(input: u8, [start, end]: [f32; 2], columns: Vec<Vec<f32>>) -> DraftBank {
+    let points = columns.first().map_or(2, Vec::len);
+    let step = (end - start) / (points - 1) as f32;
+    DraftBank {
+        columns,
+        ..bank(input, start, step, &[])
+    }
+}
+
+/// The product of some tables.
+#[must_use]
+pub fn product(output: u8, factors: &[u8]) -> Term {
+    term(output, 1.0, None, factors)
+}
+
+/// `count` random numbers within ± `size`.
+pub fn random_values(random: &mut Fixed, count: usize, size: f64) -> Vec<f32> {
+    let one = |_| random.within(-size, size) as f32;
+    (0..count).map(one).collect()
+}
+
+/// 25 × 25 × 25 nodes over X Y Z, three outputs.
+#[must_use]
+pub fn cube() -> Draft {
+    const NODES: u32 = 25;
+    const STEP: f32 = 20.0;
+    let travel = [0.0, (NODES - 1) as f32 * STEP];
+    Draft {
+        machine: "cube".to_owned(),
+        axes: b"XYZ".map(|name| plain_axis(name, travel)).into(),
+        grids: vec![DraftGrid {
+            axes: (0..3)
+                .map(|input| grid_axis(input, travel[0], STEP, NODES, false))
+                .collect(),
+            outputs: vec![0, 1, 2],
+            format: SampleFormat::F32,
+            values: random_values(&mut Fixed::new(2), 3 * NODES.pow(3) as usize, 0.05),
+        }],
+        ..Draft::default()
+    }
+}
+
+fn axis(name: u8, travel: f32) -> Axis {
+    Axis {
         value_bound: 0.75,
         rate_bound: 20.0,
         reversal_threshold: 0.0078125,
         ramp_rate: 2.5,
         reversal_rate: 20.0,
         reversal_acceleration: 50.0,
+        ..plain_axis(name, [-travel, travel])
     }
 }
 

@@ -19,6 +19,8 @@ pub mod probed;
 pub mod random_machines;
 pub mod shown;
 #[cfg(feature = "desktop")]
+pub mod simulated_machine;
+#[cfg(feature = "desktop")]
 pub mod thermal_field;
 #[cfg(feature = "desktop")]
 pub mod thermal_goal;

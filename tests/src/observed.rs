@@ -2,8 +2,8 @@
 
 use crate::Fixed;
 use std::fmt::Write;
-use trueaxis_measure::formats::observations::{self, Observations};
-use trueaxis_measure::simulate::{self, OfObservations};
+use trueaxis_identify::formats::observations::{self, Observations};
+use trueaxis_identify::simulate::{self, OfObservations};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;

@@ -3,14 +3,14 @@
 use crate::{Fixed, read};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use trueaxis_measure::formats::artefact::{Artefact, ArtefactBar, Ball};
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::formats::probings::{self, Probing, Probings};
-use trueaxis_measure::identify::{
-    HeldOut, Identified, IdentifyError, IdentifyOptions, Model, NotKnown, Problem, error_file,
-    honesty, identify,
+use trueaxis_identify::formats::artefact::{Artefact, ArtefactBar, Ball};
+use trueaxis_identify::formats::observations::Observations;
+use trueaxis_identify::formats::probings::{self, Probing, Probings};
+use trueaxis_identify::simulate::{self, Disturbances};
+use trueaxis_identify::{
+    Chosen, HeldOut, Identified, IdentifyError, IdentifyOptions, Measured, Model, NotKnown,
+    Problem, automatic, error_file, held_out, honesty, identify,
 };
-use trueaxis_measure::simulate::{self, Disturbances};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Table, covariance};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
@@ -81,6 +81,47 @@ impl Case {
         self
     }
 
+    /// The automatic choice from what was measured on the machine, of which nothing else is known.
+    ///
+    /// # Panics
+    /// If nothing can be identified.
+    #[must_use]
+    pub fn chosen(&self, probings: &Probings, observations: &Observations) -> Chosen {
+        let perfect = ErrorModel::perfect(&self.machine);
+        let measured = self.known(probings, observations, &perfect);
+        automatic(&measured, IdentifyOptions::default()).expect("a model")
+    }
+
+    /// How well rows are predicted by a model without them.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] if it cannot be identified without some of the rows.
+    pub fn held_out(
+        &self,
+        probings: &Probings,
+        observations: &Observations,
+        parameters: &[Parameter],
+    ) -> Result<HeldOut, IdentifyError> {
+        let perfect = ErrorModel::perfect(&self.machine);
+        let measured = self.known(probings, observations, &perfect);
+        held_out(&measured, parameters, IdentifyOptions::default())
+    }
+
+    fn known<'a>(
+        &'a self,
+        probings: &'a Probings,
+        observations: &'a Observations,
+        base: &'a ErrorModel,
+    ) -> Measured<'a> {
+        Measured {
+            machine: &self.machine,
+            probings,
+            artefact: &self.artefact,
+            observations,
+            base,
+        }
+    }
+
     /// A machine with random values of these parameters, four balls at random places and `rows` rows at random,
     /// reachable rotary positions; `None` if too few are reachable.
     #[must_use]
@@ -91,6 +132,23 @@ impl Case {
         random: &mut Fixed,
     ) -> Option<Self> {
         Self::spread(machine, parameters, BALLS, rows, random)
+    }
+
+    /// A ball where the tip is at a random place in the middle half of the travel.
+    fn ball_drawn(&self, name: String, random: &mut Fixed) -> Ball {
+        let machine = &self.machine;
+        let q = machine.axes.iter().map(|axis| {
+            let [low, high] = axis.travel;
+            low + (high - low) * random.within(0.25, 0.75)
+        });
+        let q: Vec<f64> = q.collect();
+        let kinematics = Kinematics::new(machine, &self.errors);
+        Ball {
+            name,
+            nominal: Some(kinematics.nominal(&machine.to_kinematic(&q), None).t),
+            away: Vector3::z(),
+            post: None,
+        }
     }
 
     /// Like `drawn`, with a given number of balls.
@@ -116,22 +174,9 @@ impl Case {
             },
             errors,
         };
-        for name in &case.plan.balls {
-            // The tip at a random place in the middle half of the travel.
-            let q: Vec<f64> = (machine.axes.iter())
-                .map(|axis| {
-                    let [low, high] = axis.travel;
-                    low + (high - low) * random.within(0.25, 0.75)
-                })
-                .collect();
-            let kinematics = Kinematics::new(machine, &case.errors);
-            let tip = kinematics.nominal(&machine.to_kinematic(&q), None).t;
-            case.artefact.balls.push(Ball {
-                name: name.clone(),
-                nominal: Some(tip),
-                away: Vector3::z(),
-                post: None,
-            });
+        for name in case.plan.balls.clone() {
+            let ball = case.ball_drawn(name, random);
+            case.artefact.balls.push(ball);
         }
         for k in 0..rows * TRIES {
             let row = case.row(k, random);

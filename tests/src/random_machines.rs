@@ -47,7 +47,7 @@ pub fn cases(count: usize) -> Vec<Case> {
 /// Like `cases`, for drawings without measured motions.
 #[must_use]
 pub fn unmeasured(count: usize) -> Vec<Case> {
-    chosen(count, |case| Kinds::of(case).tabulated == 0)
+    chosen(count, |case| !Kinds::of(case).has("tabulated"))
 }
 
 fn chosen(count: usize, wanted: fn(&Case) -> bool) -> Vec<Case> {

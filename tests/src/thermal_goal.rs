@@ -5,14 +5,14 @@ use crate::thermal_field::{Duty, MACHINE, Parts, SENSORS, STEP, State, duty_cycl
 use nalgebra::Vector3;
 use std::fmt::Write;
 use trueaxis::Lag;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::observations::{self, Observations};
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::formats::temperatures::{self, Temperatures};
-use trueaxis_measure::identify::{
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::observations::{self, Observations};
+use trueaxis_identify::formats::probings::Probings;
+use trueaxis_identify::formats::temperatures::{self, Temperatures};
+use trueaxis_identify::{
     Identified, IdentifyOptions, NotKnown, Problem, Warmed, error_file, identify, thermal,
 };
-use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
+use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches, Thermal};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 
@@ -153,6 +153,20 @@ pub fn measured(machine: &Machine, measurement: &Measurement) -> Files {
     measured_on(machine, &cold(machine), &parts, measurement)
 }
 
+/// A row of a point as it is measured, with noise.
+fn row(place: [f64; 3], mut point: Vector3<f64>, time: f64, random: &mut Fixed) -> String {
+    for value in point.iter_mut() {
+        let sum: f64 = (0..12).map(|_| random.within(-0.5, 0.5)).sum();
+        *value += NOISE * sum;
+    }
+    let ([x, y, z], p) = (place, point);
+    let um = NOISE * 1e3;
+    format!(
+        "point,camera,{x},{y},{z},{:.6},{:.6},{:.6},{um},{time}\n",
+        p.x, p.y, p.z
+    )
+}
+
 /// Like `measured`, of a machine with other errors when it is cold, and other effects of temperatures. `effect` is not used.
 #[must_use]
 pub fn measured_on(
@@ -183,20 +197,8 @@ pub fn measured_on(
             if time % every == 0.0 {
                 let errors = state.errors(machine, cold, parts);
                 for place in places() {
-                    let mut p = tip(machine, &errors, &place, &Situation::default());
-                    for value in p.iter_mut() {
-                        let sum: f64 = (0..12).map(|_| random.within(-0.5, 0.5)).sum();
-                        *value += NOISE * sum;
-                    }
-                    let [x, y, z] = place;
-                    let _ = writeln!(
-                        points,
-                        "point,camera,{x},{y},{z},{:.6},{:.6},{:.6},{},{time}",
-                        p.x,
-                        p.y,
-                        p.z,
-                        NOISE * 1e3
-                    );
+                    let point = tip(machine, &errors, &place, &Situation::default());
+                    points += &row(place, point, time, &mut random);
                 }
             }
             state.advance(duty);
@@ -257,6 +259,23 @@ pub fn learnt_from(
     Ok((identified, warmed, text))
 }
 
+/// What a controller takes a sensor's lagged difference from its reference (K) to be.
+fn followed(input: &Thermal, lag: &mut Lag, celsius: &[f64]) -> f64 {
+    let mut sensors = SENSORS.iter();
+    let sensor = sensors.position(|s| *s == input.sensor).expect("a sensor");
+    let u = (celsius[sensor] - input.reference_celsius) as f32;
+    // As a controller does, with a coarser period: a fraction of the shortest lag.
+    let y = match input.lag_rate() {
+        0.0 => u,
+        rate => (0..100)
+            .map(|_| lag.follow(u, rate, 0.1))
+            .fold(0.0, |_, y| y),
+    };
+    let [low, high] = input.range_kelvin;
+    // Tables hold the ends of the range.
+    f64::from(y).clamp(low, high)
+}
+
 /// Compares the drift of the machine in `count` random duty cycles of `hours` with what the identified errors say.
 ///
 /// # Panics
@@ -285,24 +304,9 @@ pub fn unseen(
             let time = step as f64 * STEP;
             let celsius = state.celsius(time, &mut random);
             let mut situation = Situation::default();
-            for ((input, lag), kelvin) in
-                (warmed.model.inputs.iter().zip(&mut lags)).zip(&mut situation.kelvin)
-            {
-                let sensor = SENSORS
-                    .iter()
-                    .position(|s| *s == input.sensor)
-                    .expect("a sensor");
-                let u = (celsius[sensor] - input.reference_celsius) as f32;
-                // As a controller does, with a coarser period: a fraction of the shortest lag.
-                let y = match input.lag_rate() {
-                    0.0 => u,
-                    rate => (0..100)
-                        .map(|_| lag.follow(u, rate, 0.1))
-                        .fold(0.0, |_, y| y),
-                };
-                let [low, high] = input.range_kelvin;
-                // Tables hold the ends of the range.
-                *kelvin = f64::from(y).clamp(low, high);
+            let inputs = warmed.model.inputs.iter().zip(&mut lags);
+            for ((input, lag), kelvin) in inputs.zip(&mut situation.kelvin) {
+                *kelvin = followed(input, lag, &celsius);
             }
             if step % 30 == 0 {
                 let errors = state.errors(machine, &cold, &Parts::all(1.0));

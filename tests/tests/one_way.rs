@@ -1,6 +1,6 @@
 //! No module of a crate uses a module that uses it, directly or indirectly; nor do the files within a folder.
 //!
-//! Considered are the files of the workspace's crates without comments and tests: `crate::MODULE`, and between the
+//! Considered are the files of the crates here and in `lab` without comments and tests: `crate::MODULE`, and between the
 //! files of a folder, at any depth, `crate::FOLDER::FILE` and `super::FILE`.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,13 +15,18 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Source folders of the workspace's crates, relative to the workspace.
+/// Source folders of the crates of this workspace and of `lab`, relative to this one.
 fn sources() -> Vec<String> {
-    let text = fs::read_to_string(workspace().join("Cargo.toml")).unwrap();
-    let (_, members) = text.split_once("members = [").unwrap();
-    let (members, _) = members.split_once(']').unwrap();
-    let quoted = members.split('"').skip(1).step_by(2);
-    quoted.map(|member| format!("{member}/src")).collect()
+    let of = |folder: &str| {
+        let manifest = workspace().join(folder).join("Cargo.toml");
+        let text = fs::read_to_string(manifest).unwrap();
+        let (_, members) = text.split_once("members = [").unwrap();
+        let (members, _) = members.split_once(']').unwrap();
+        let quoted = members.split('"').skip(1).step_by(2);
+        let sources = quoted.map(|member| format!("{folder}{member}/src"));
+        sources.collect::<Vec<String>>()
+    };
+    [of(""), of("lab/")].concat()
 }
 
 /// The code of a file without comments, and without the tests at its end.
@@ -155,7 +160,12 @@ fn no_modules_of_a_crate_and_no_files_of_a_folder_use_each_other() {
 #[test]
 fn what_modules_use_is_found() {
     let sources = sources();
-    for source in ["shared/src", "firmware/capi/src", "xtask/src"] {
+    for source in [
+        "shared/src",
+        "firmware/capi/src",
+        "xtask/src",
+        "lab/gcode/src",
+    ] {
         assert!(sources.iter().any(|known| known == source), "{source}");
     }
     let commands = "host/cli/src/commands";
@@ -163,6 +173,7 @@ fn what_modules_use_is_found() {
         ("shared/src", "crate::", "compensation", "kernel"),
         ("shared/src", "crate::", "kernel", "plan"),
         ("firmware/src/slots", "crate::slots::", "choices", "layout"),
+        ("lab/linuxcnc/src", "crate::", "motion", "bench"),
         // From files in folders of their own: `crate::commands::number`, `super::super::files`.
         (commands, "crate::commands::", "export", "number"),
         (commands, "crate::commands::", "simulate", "files"),

@@ -1,168 +1,32 @@
 //! `cargo xtask test`: all checks required before a change is accepted.
 
-use crate::process::{self, NOT_RUN, cargo, nightly, provide, target, works};
+use crate::kept;
+use crate::steps::{BESIDE, DENY, FURTHER, PROVE, SIX, Step, TESTS, USUAL};
+use programs::Failure;
+use programs::packages::provide_subcommand;
+use programs::process::{NOT_RUN, cargo_of, target, works};
 use std::process::Command;
 use std::thread;
 use std::time::Instant;
 
-/// One check.
+/// A step with its command.
 struct TestStep {
-    name: String,
+    name: &'static str,
     command: Command,
 }
 
-fn step(name: impl Into<String>, arguments: &str) -> TestStep {
-    let mut command = cargo();
-    command.args(arguments.split_whitespace());
-    let name = name.into();
-    TestStep { name, command }
+impl From<&Step> for TestStep {
+    fn from(step: &Step) -> Self {
+        Self {
+            name: step.name,
+            command: step.command(),
+        }
+    }
 }
 
-fn with(mut step: TestStep, key: &str, value: &str) -> TestStep {
-    step.command.env(key, value);
-    step
-}
-
-/// Boards and examples with separate workspaces: their folders, and descriptions.
-const APART: [(&str, &str); 6] = [
-    ("stm32f405", "the STM32F405"),
-    ("stm32h743", "the STM32H743"),
-    ("portable", "the program for every processor"),
-    ("generated", "the example of generated code"),
-    ("rtic", "the example for RTIC"),
-    ("embassy", "the example for embassy"),
-];
-/// Only the parts needed by this test, which saves minutes of building.
-const IDENTICAL: &str = "test -q -p trueaxis-tests --no-default-features --test bit_identical";
-
-/// Tests, of which `--all` tries more cases (`usual_or_all` in the crate `trueaxis-tests`).
-const TESTS: &str = "all tests";
-
-/// Steps that mostly wait, or use one processor.
-const BESIDE: [&str; 3] = [
-    "LinuxCNC",
-    "hardware in the loop",
-    "the command for Windows",
-];
-
-/// A step included in a longer one.
-const SIX: &str = "6 random machines";
-
-/// Checks that run anywhere, with nothing to install: minutes.
-fn usual() -> Vec<TestStep> {
-    let mut steps = vec![step("formatting", "fmt --all --check")];
-    steps.push(step(
-        "formatting of the module for Python",
-        "fmt --manifest-path python/Cargo.toml --check",
-    ));
-    steps.extend(APART.map(|(folder, what)| {
-        let manifest = format!("firmware/boards/{folder}/Cargo.toml");
-        step(
-            format!("formatting of {what}"),
-            &format!("fmt --manifest-path {manifest} --all --check"),
-        )
-    }));
-    steps.extend([
-        step(
-            "lints",
-            "clippy -q --workspace --all-targets -- -D warnings",
-        ),
-        // Includes the device in the loop on the desktop, and the kinematics with the platform's sine.
-        step(
-            TESTS,
-            "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast",
-        ),
-        step("bit identity, debug", IDENTICAL),
-        step("bit identity, release", &format!("{IDENTICAL} --release")),
-        // Evenly selected from three hundred, so that several kinds are included.
-        step(SIX, "xtask random-machines 6 --quick"),
-        with(
-            step(
-                "documentation",
-                "doc -q --workspace --no-deps --document-private-items",
-            ),
-            "RUSTDOCFLAGS",
-            "-D warnings",
-        ),
-    ]);
-    steps
-}
-
-/// Further checks, with emulators, LinuxCNC, a browser and compilers for other targets, which the steps install.
-fn rest() -> Vec<TestStep> {
-    // A separate build of the workspace in its own directory, so that the default one stays warm.
-    let native = with(
-        step(
-            "bit identity, release for this processor",
-            &format!("{IDENTICAL} --release"),
-        ),
-        "CARGO_TARGET_DIR",
-        &target("native").to_string_lossy(),
-    );
-    vec![
-        step(
-            "lints of the runtime with all its features",
-            "clippy -q -p trueaxis --all-features --all-targets -- -D warnings",
-        ),
-        with(
-            step(
-                "lints of the fuzz targets",
-                "clippy -q --manifest-path fuzz/Cargo.toml --locked -- -D warnings",
-            ),
-            "CARGO_TARGET_DIR",
-            &target("fuzz").to_string_lossy(),
-        ),
-        step(
-            "formatting of the fuzz targets",
-            "fmt --manifest-path fuzz/Cargo.toml --check",
-        ),
-        step("runtime without features", "test -q -p trueaxis"),
-        step(
-            "kinematics without features",
-            "test -q -p trueaxis-kinematics",
-        ),
-        step(
-            "runtime that checks every index",
-            "test -q -p trueaxis --features encode,checked",
-        ),
-        step(
-            "runtime that encodes",
-            "test -q -p trueaxis --features encode",
-        ),
-        step(
-            "the figures of the source document",
-            "test -q -p trueaxis-reproduce --no-fail-fast",
-        ),
-        step("30 random machines", "xtask random-machines 30 --quick"),
-        step(
-            "a machine of each class of the arena",
-            "xtask arena 6 --check docs/evidence",
-        ),
-        with(native, "RUSTFLAGS", "-C target-cpu=native"),
-        step("the oldest supported compiler", "xtask oldest"),
-        step("kinematics on the target", "xtask bare"),
-        step(
-            "C interface that catches panics",
-            "test -q -p trueaxis-capi --features std,model",
-        ),
-        step("C interface from C and C++", "xtask capi"),
-        step("plugin for grblHAL", "xtask grblhal"),
-        step("LinuxCNC", "xtask linuxcnc"),
-        step("generated code", "xtask generated 300000"),
-        step("programs beside another interpreter", "xtask gcode"),
-        step("exports beside the firmware of printers", "xtask printers"),
-        step("reports in a browser", "xtask report"),
-        step("the command in browsers", "xtask web --check"),
-        step("the wheel for Python", "xtask python"),
-        step("examples for RTIC and embassy", "xtask boards"),
-        step(
-            "instructions, cycles, code and stack on the target",
-            "xtask bench-target",
-        ),
-        step("hardware in the loop", "xtask hil"),
-        step("the command for Windows", "xtask systems windows"),
-        step("every kind of processor", "xtask portable"),
-    ]
+/// The steps of a table.
+fn of(steps: &[Step]) -> Vec<TestStep> {
+    steps.iter().map(TestStep::from).collect()
 }
 
 /// Number of error lines of a failed step repeated in the summary: the last ones name the cause, after what it printed.
@@ -175,33 +39,50 @@ struct Ran {
     result: Result<Vec<String>, String>,
 }
 
-fn ran(mut step: TestStep) -> Ran {
-    println!("\n== {}", step.name);
-    let start = Instant::now();
-    let result = process::run_keeping(&mut step.command, LINES_OF_FAILED);
-    Ran {
-        name: step.name,
-        seconds: start.elapsed().as_secs(),
-        result,
+impl Ran {
+    fn of(mut step: TestStep) -> Self {
+        println!("\n== {}", step.name);
+        let start = Instant::now();
+        let result = kept::run(&mut step.command, LINES_OF_FAILED);
+        Self {
+            name: step.name.to_owned(),
+            seconds: start.elapsed().as_secs(),
+            result,
+        }
+    }
+
+    /// Its lines of the summary.
+    fn lines(&self) -> Vec<String> {
+        let verdict = if self.result.is_ok() {
+            "ok    "
+        } else {
+            "FAILED"
+        };
+        let mut lines = vec![format!("{verdict} {:>5} s  {}", self.seconds, self.name)];
+        if let Err(message) = &self.result {
+            lines.extend(message.lines().map(|line| format!("          {line}")));
+        }
+        lines
     }
 }
 
-/// Runs all steps, continuing after failures, and prints a summary. Those of [`BESIDE`] run one after the other beside the
-/// others of the `rest`. The summary ends with what could not be checked here: `not_run` and the steps'
-/// own reports.
+fn run_all(steps: Vec<TestStep>) -> Vec<Ran> {
+    steps.into_iter().map(Ran::of).collect()
+}
+
+/// Runs all steps, continuing after failures, and prints a summary. Those of [`BESIDE`] run one after the other beside
+/// the others of the `rest`. The summary ends with what could not be checked here: `not_run` and the steps' own
+/// reports.
 ///
 /// # Errors
 /// The names of the failed steps.
 fn run_steps(
     steps: Vec<TestStep>,
     rest: Vec<TestStep>,
-    mut not_run: Vec<String>,
-) -> Result<(), String> {
-    let count = steps.len() + rest.len();
-    let (beside, rest): (Vec<TestStep>, Vec<TestStep>) = rest
-        .into_iter()
-        .partition(|step| BESIDE.contains(&step.name.as_str()));
-    let run_all = |steps: Vec<TestStep>| steps.into_iter().map(ran).collect::<Vec<Ran>>();
+    not_run: Vec<String>,
+) -> Result<(), Failure> {
+    let is_beside = |step: &TestStep| BESIDE.contains(&step.name);
+    let (beside, rest): (Vec<TestStep>, Vec<TestStep>) = rest.into_iter().partition(is_beside);
     let mut all = run_all(steps);
     thread::scope(|scope| {
         let beside = scope.spawn(|| run_all(beside));
@@ -214,91 +95,88 @@ fn run_steps(
             }]
         }));
     });
-    let mut summary = Vec::new();
+    summary(&all, not_run)
+}
+
+/// Prints what has run.
+fn summary(all: &[Ran], mut not_run: Vec<String>) -> Result<(), Failure> {
     let mut failed = Vec::new();
-    for Ran {
-        name,
-        seconds,
-        result,
-    } in all
-    {
-        let verdict = if result.is_ok() { "ok    " } else { "FAILED" };
-        summary.push(format!("{verdict} {seconds:>5} s  {name}"));
-        match result {
-            Ok(lines) => not_run.extend(lines),
+    for ran in all {
+        match &ran.result {
+            Ok(lines) => not_run.extend_from_slice(lines),
             Err(message) => {
                 eprintln!("{message}");
-                summary.extend(message.lines().map(|line| format!("          {line}")));
-                failed.push(name);
+                failed.push(ran.name.as_str());
             }
         }
     }
     println!("\n== summary");
-    for line in &summary {
+    for line in all.iter().flat_map(Ran::lines).chain(not_run) {
         println!("{line}");
     }
-    for line in &not_run {
-        println!("{line}");
+    let count = all.len();
+    match failed.is_empty() {
+        true => println!("all steps passed: {count}"),
+        false => {
+            let (number, names) = (failed.len(), failed.join(", "));
+            return Err(format!("{number} of {count} steps failed: {names}").into());
+        }
     }
-    if failed.is_empty() {
-        println!("all steps passed: {count}");
-        Ok(())
-    } else {
-        Err(format!(
-            "{} of {count} steps failed: {}",
-            failed.len(),
-            failed.join(", ")
-        ))
-    }
+    Ok(())
 }
 
 /// The `unsafe` code under Miri, which needs a nightly toolchain with that component; adds it if possible.
 fn miri() -> Option<TestStep> {
-    if !works(nightly().args(["miri", "--version"])) {
+    let has_miri = || works(cargo_of("nightly").args(["miri", "--version"]));
+    if !has_miri() {
         eprintln!("no Miri: trying rustup");
         let add = "component add --toolchain nightly miri rust-src";
         works(Command::new("rustup").args(add.split(' ')));
     }
-    works(nightly().args(["miri", "--version"])).then(|| {
-        let mut command = nightly();
-        let words = "miri test -q -p trueaxis --features encode --lib -- kernel::tests::every_bit kernel::tests::before_the_first";
+    has_miri().then(|| {
+        let mut command = cargo_of("nightly");
+        let words = "miri test -q -p trueaxis --features encode --lib -- kernel::tests::every_bit \
+                     kernel::tests::before_the_first";
         command
             .args(words.split(' '))
             .env("CARGO_TARGET_DIR", target("miri"));
         TestStep {
-            name: "the kernel under Miri".to_owned(),
+            name: "the kernel under Miri",
             command,
         }
     })
 }
 
-/// `cargo xtask test`; with `all`, also the checks that need emulators, LinuxCNC and a browser.
+/// `cargo xtask test`; with `--all`, also the checks that need emulators, LinuxCNC and a browser.
 ///
 /// # Errors
 /// The names of the failed steps.
-pub fn run(all: bool) -> Result<(), String> {
-    let mut steps = usual();
-    let mut further = Vec::new();
+pub fn run(arguments: &[&str]) -> Result<(), Failure> {
+    match arguments {
+        [] => {
+            let names: Vec<&str> = FURTHER.iter().map(|step| step.name).collect();
+            let not_run = format!("with --all: {}, the kernel under Miri", names.join(", "));
+            run_steps(of(USUAL), Vec::new(), vec![not_run])
+        }
+        ["--all"] => all(),
+        _ => Err(Failure::arguments("test takes --all, or nothing")),
+    }
+}
+
+fn all() -> Result<(), Failure> {
+    let mut steps = of(USUAL);
+    // These are included in the thirty.
+    steps.retain(|step| step.name != SIX);
+    for step in steps.iter_mut().filter(|step| step.name == TESTS) {
+        step.command.env("TRUEAXIS_CASES", "all");
+    }
+    let mut further = of(FURTHER);
     let mut not_run = Vec::new();
-    if all {
-        // These are included in the thirty.
-        steps.retain(|step| step.name != SIX);
-        for step in steps.iter_mut().filter(|step| step.name == TESTS) {
-            step.command.env("TRUEAXIS_CASES", "all");
-        }
-        further = rest();
-        match miri() {
-            Some(step) => further.push(step),
-            None => not_run.push(format!(
-                "{NOT_RUN}the kernel under Miri, for which `rustup` has no nightly toolchain here"
-            )),
-        }
-    } else {
-        let names: Vec<String> = rest().into_iter().map(|step| step.name).collect();
-        not_run.push(format!(
-            "with --all: {}, the kernel under Miri",
-            names.join(", ")
-        ));
+    match miri() {
+        Some(step) => further.push(step),
+        None => not_run.push(format!(
+            "{NOT_RUN}the kernel under Miri, for which `rustup` has no nightly toolchain here"
+        )),
     }
     run_steps(steps, further, not_run)
 }
@@ -307,41 +185,15 @@ pub fn run(all: bool) -> Result<(), String> {
 ///
 /// # Errors
 /// The names of what failed.
-pub fn prove() -> Result<(), String> {
-    let exhaustive =
-        "test -q --release -p trueaxis --features encode,link,exhaustive --lib exhaustive";
-    let steps = vec![
-        step("every f32 and every short stream", exhaustive),
-        step("generated code", "xtask generated 10000000"),
-    ];
-    run_steps(steps, Vec::new(), Vec::new())
+pub fn prove(_: &[&str]) -> Result<(), Failure> {
+    run_steps(of(PROVE), Vec::new(), Vec::new())
 }
 
 /// `cargo xtask deny`: installs a tool and queries the advisory database, so it is not part of `test`.
 ///
 /// # Errors
 /// The names of the failed steps.
-pub fn deny() -> Result<(), String> {
-    provide("cargo-deny")?;
-    let mut steps = vec![step(
-        "licences, bans, sources",
-        "deny --all-features check licenses bans sources",
-    )];
-    steps.extend(APART.map(|(folder, what)| {
-        let manifest = format!("firmware/boards/{folder}/Cargo.toml");
-        let features = match folder {
-            "stm32f405" | "stm32h743" => "--all-features",
-            _ => "",
-        };
-        step(
-            format!("licences, bans, sources of {what}"),
-            &format!("deny --manifest-path {manifest} {features} --config deny.toml check licenses bans sources"),
-        )
-    }));
-    steps.push(step(
-        "licences, bans, sources of the module for Python",
-        "deny --manifest-path python/Cargo.toml --config deny.toml check licenses bans sources",
-    ));
-    steps.push(step("advisories", "deny --all-features check advisories"));
-    run_steps(steps, Vec::new(), Vec::new())
+pub fn deny(_: &[&str]) -> Result<(), Failure> {
+    provide_subcommand("cargo-deny")?;
+    run_steps(of(DENY), Vec::new(), Vec::new())
 }

@@ -19,6 +19,7 @@ pub use tables::*;
 use crate::code::Code;
 use crate::facts::TRUEAXIS_ALIGNMENT;
 use crate::guarded::guarded;
+use crate::text::Text;
 use crate::{Servo, Tables};
 
 /// Checks that a pointer is not null and is aligned.
@@ -129,52 +130,28 @@ unsafe fn bytes<'a>(text: *const core::ffi::c_char) -> Result<&'a [u8], Code> {
 }
 
 /// Calls a function that writes a text into a buffer of the caller; returns its length without the terminating zero.
+/// Where the function fails, nothing is written.
 ///
 /// # Safety
 /// Null, or room for `size` bytes.
 unsafe fn give_text(
     buffer: *mut core::ffi::c_char,
     size: usize,
-    write: impl FnOnce(&mut crate::text::Text<'_>),
+    write: impl FnOnce(&mut Text<'_>) -> Result<(), Code>,
 ) -> usize {
-    let room: &mut [u8] = if buffer.is_null() || isize::try_from(size).is_err() {
-        &mut []
-    } else {
-        // SAFETY: the caller has room for this many bytes. Their previous contents do not matter because they are only
-        // written; characters are bytes.
-        unsafe { core::slice::from_raw_parts_mut(buffer.cast(), size) }
-    };
-    let mut text = crate::text::Text::new(room);
-    write(&mut text);
-    text.end()
-}
-
-/// Like [`give_text`], for an operation that may fail, in which case nothing is written.
-///
-/// # Safety
-/// Null, or room for `size` bytes.
-unsafe fn give_text_of<T>(
-    buffer: *mut core::ffi::c_char,
-    size: usize,
-    of: Result<T, Code>,
-    write: impl FnOnce(T, &mut crate::text::Text<'_>),
-) -> usize {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        give_text(buffer, size, |text| {
-            if let Ok(of) = of {
-                write(of, text);
-            }
-        })
-    }
-}
-
-/// Runs a function that returns a length; 0 if it panics.
-fn guarded_length(run: impl FnOnce() -> usize) -> usize {
     let mut length = 0;
     guarded(|| {
-        length = run();
-        Ok(())
+        let room: &mut [u8] = if buffer.is_null() || isize::try_from(size).is_err() {
+            &mut []
+        } else {
+            // SAFETY: the caller has room for this many bytes. Their previous contents do not matter because they are
+            // only written; characters are bytes.
+            unsafe { core::slice::from_raw_parts_mut(buffer.cast(), size) }
+        };
+        let mut text = Text::new(room);
+        let written = write(&mut text);
+        length = text.end();
+        written
     });
     length
 }

@@ -70,84 +70,45 @@ pub enum Code {
     OtherBits = 29,
 }
 
-impl Code {
-    const ALL: [Self; 30] = [
-        Self::Ok,
-        Self::NullPointer,
-        Self::Memory,
-        Self::Released,
-        Self::InUse,
-        Self::NotLoaded,
-        Self::Count,
-        Self::Index,
-        Self::Name,
-        Self::NotABlob,
-        Self::Version,
-        Self::Damaged,
-        Self::Misaligned,
-        Self::Capacity,
-        Self::Contents,
-        Self::Busy,
-        Self::OtherAxes,
-        Self::OtherAuxiliaries,
-        Self::WeightFixed,
-        Self::WeightLimits,
-        Self::Moving,
-        Self::Broken,
-        Self::NotAModel,
-        Self::HeaderVersion,
-        Self::HeaderAxes,
-        Self::HeaderBanks,
-        Self::HeaderTables,
-        Self::HeaderTerms,
-        Self::HeaderGrids,
-        Self::OtherBits,
-    ];
+/// In the order of [`Code`].
+const TEXTS: [&CStr; 30] = [
+    c"done",
+    c"a pointer is null",
+    c"the memory is too small or not aligned",
+    c"the servo was released",
+    c"these tables are in use",
+    c"nothing is loaded",
+    c"the array has not as many values as there are axes",
+    c"there is none of this number",
+    c"there is none of this name",
+    c"not a compensation: it does not start with TRAX",
+    c"a format version that this library does not know",
+    c"the bytes are damaged or incomplete",
+    c"the blob must start at a multiple of 4 bytes",
+    c"the compensation needs more than this library holds",
+    c"the contents of the blob are not valid",
+    c"the previous change of tables is not finished",
+    c"the axes differ in number, order, letter, travel or period",
+    c"the auxiliary inputs differ in number, kind, name, reference or lag",
+    c"this term does not exist or has a fixed weight",
+    c"the weight must be a number within the limits of the term",
+    c"the correction is on its way in or out",
+    c"a mistake in this library: please report it",
+    c"not a machine model: it does not start with TRAM",
+    c"compiled with the header of another version of the library",
+    c"TRUEAXIS_AXES of the header is not that of the library",
+    c"TRUEAXIS_BANKS of the header is not that of the library",
+    c"TRUEAXIS_TABLES of the header is not that of the library",
+    c"TRUEAXIS_TERMS of the header is not that of the library",
+    c"TRUEAXIS_GRIDS of the header is not that of the library",
+    c"the generated code was compiled with fused, reordered or wider floating-point operations",
+];
 
+impl Code {
     /// A code in words.
     pub(crate) fn text(code: i32) -> &'static CStr {
-        let found = Self::ALL.into_iter().find(|c| *c as i32 == code);
-        match found {
-            None => c"no code of this library",
-            Some(Self::Ok) => c"done",
-            Some(Self::NullPointer) => c"a pointer is null",
-            Some(Self::Memory) => c"the memory is too small or not aligned",
-            Some(Self::Released) => c"the servo was released",
-            Some(Self::InUse) => c"these tables are in use",
-            Some(Self::NotLoaded) => c"nothing is loaded",
-            Some(Self::Count) => c"the array has not as many values as there are axes",
-            Some(Self::Index) => c"there is none of this number",
-            Some(Self::Name) => c"there is none of this name",
-            Some(Self::NotABlob) => c"not a compensation: it does not start with TRAX",
-            Some(Self::Version) => c"a format version that this library does not know",
-            Some(Self::Damaged) => c"the bytes are damaged or incomplete",
-            Some(Self::Misaligned) => c"the blob must start at a multiple of 4 bytes",
-            Some(Self::Capacity) => c"the compensation needs more than this library holds",
-            Some(Self::Contents) => c"the contents of the blob are not valid",
-            Some(Self::Busy) => c"the previous change of tables is not finished",
-            Some(Self::OtherAxes) => c"the axes differ in number, order, letter, travel or period",
-            Some(Self::OtherAuxiliaries) => {
-                c"the auxiliary inputs differ in number, kind, name, reference or lag"
-            }
-            Some(Self::WeightFixed) => c"this term does not exist or has a fixed weight",
-            Some(Self::WeightLimits) => {
-                c"the weight must be a number within the limits of the term"
-            }
-            Some(Self::Moving) => c"the correction is on its way in or out",
-            Some(Self::Broken) => c"a mistake in this library: please report it",
-            Some(Self::NotAModel) => c"not a machine model: it does not start with TRAM",
-            Some(Self::HeaderVersion) => {
-                c"compiled with the header of another version of the library"
-            }
-            Some(Self::HeaderAxes) => c"TRUEAXIS_AXES of the header is not that of the library",
-            Some(Self::HeaderBanks) => c"TRUEAXIS_BANKS of the header is not that of the library",
-            Some(Self::HeaderTables) => c"TRUEAXIS_TABLES of the header is not that of the library",
-            Some(Self::HeaderTerms) => c"TRUEAXIS_TERMS of the header is not that of the library",
-            Some(Self::HeaderGrids) => c"TRUEAXIS_GRIDS of the header is not that of the library",
-            Some(Self::OtherBits) => {
-                c"the generated code was compiled with fused, reordered or wider floating-point operations"
-            }
-        }
+        let found = usize::try_from(code).ok().and_then(|code| TEXTS.get(code));
+        found.unwrap_or(&c"no code of this library")
     }
 }
 
@@ -190,16 +151,25 @@ mod tests {
     #[test]
     fn every_code_has_a_text_of_its_own() {
         let unknown = Code::text(-1);
-        for (place, code) in Code::ALL.into_iter().enumerate() {
-            assert_eq!(code as usize, place);
-            let others = Code::ALL.into_iter().filter(|other| *other != code);
-            assert!(
-                others
-                    .clone()
-                    .all(|c| Code::text(c as i32) != Code::text(code as i32))
-            );
-            assert_ne!(Code::text(code as i32), unknown);
+        for text in TEXTS {
+            let same = TEXTS.into_iter().filter(|other| *other == text);
+            assert!(same.count() == 1 && text != unknown);
         }
-        assert_eq!(Code::text(Code::ALL.len() as i32), unknown);
+        for (code, text) in [
+            (Code::Ok, c"done"),
+            (
+                Code::NotABlob,
+                c"not a compensation: it does not start with TRAX",
+            ),
+            (Code::Moving, c"the correction is on its way in or out"),
+            (
+                Code::NotAModel,
+                c"not a machine model: it does not start with TRAM",
+            ),
+        ] {
+            assert_eq!(Code::text(code as i32), text);
+        }
+        assert_eq!(TEXTS.len(), Code::OtherBits as usize + 1);
+        assert_eq!(Code::text(TEXTS.len() as i32), unknown);
     }
 }

@@ -5,7 +5,7 @@ use crate::capacities::{
 };
 use crate::text::Text;
 use core::ffi::{c_char, c_int, c_void};
-use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy, Status};
+use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy};
 
 /// Size of tables in words of 8 bytes: a fixed part, plus a part for each axis, bank, table, term and grid.
 pub const TRUEAXIS_TABLES_WORDS: usize = 128
@@ -303,18 +303,6 @@ pub struct StatusFacts {
     pub travel_limited: u16,
     /// The fade factor, 0…1.
     pub factor: f32,
-}
-
-impl StatusFacts {
-    pub(crate) fn new(status: Status, factor: f32) -> Self {
-        Self {
-            conditions: status.conditions.0,
-            saturated: status.saturated,
-            rate_limited: status.rate_limited,
-            travel_limited: status.travel_limited,
-            factor,
-        }
-    }
 }
 
 #[cfg(test)]

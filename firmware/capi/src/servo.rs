@@ -118,10 +118,6 @@ impl Servo {
         }
     }
 
-    pub(crate) fn dry_run(&mut self, on: bool) {
-        self.servo.dry_run(on);
-    }
-
     /// `value` in mm or °C. Inputs with the same name are one sensor with several lags, and are set together.
     pub(crate) fn set_auxiliary(&mut self, index: usize, value: f64) -> Result<(), Code> {
         let auxiliaries = self.servo.compensation().auxiliaries();
@@ -172,11 +168,6 @@ impl Servo {
         Ok(())
     }
 
-    /// The tables in use.
-    pub(crate) fn current(&self) -> &Held {
-        self.servo.handle()
-    }
-
     /// Adopts other tables, or the stored weights of those in use; returns what it no longer holds.
     pub(crate) fn swap(&mut self, held: Held) -> Result<Option<Held>, (Code, Held)> {
         self.servo
@@ -184,23 +175,15 @@ impl Servo {
             .map_err(|refused| (refused.why.into(), refused.handle))
     }
 
-    /// The tables previously in use.
-    pub(crate) fn take_retired(&mut self) -> Option<Held> {
-        self.servo.take_retired()
-    }
-
     pub(crate) fn status(&self) -> StatusFacts {
-        StatusFacts::new(self.servo.correction().status, self.servo.factor())
-    }
-
-    /// Computed corrections within the value bounds, before fade factor, travel and rate bounds.
-    pub(crate) fn computed(&self) -> [f32; TRUEAXIS_AXES] {
-        self.servo.correction().computed
-    }
-
-    /// Rate of change of the corrections, mm/s or degrees/s.
-    pub(crate) fn velocity(&self) -> [f32; TRUEAXIS_AXES] {
-        self.servo.velocity()
+        let status = self.servo.correction().status;
+        StatusFacts {
+            conditions: status.conditions.0,
+            saturated: status.saturated,
+            rate_limited: status.rate_limited,
+            travel_limited: status.travel_limited,
+            factor: self.servo.factor(),
+        }
     }
 
     /// The corrections contained in measured positions, to be subtracted.

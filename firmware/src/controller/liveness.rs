@@ -54,7 +54,7 @@ impl Liveness {
 
     /// Whether the main loop has started.
     #[must_use]
-    pub fn has_begun(&self) -> bool {
+    pub(crate) fn has_begun(&self) -> bool {
         self.begun.load(Ordering::Relaxed)
     }
 }

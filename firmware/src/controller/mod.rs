@@ -13,7 +13,6 @@
 mod by_frames;
 mod line;
 mod liveness;
-mod serial;
 mod servo;
 mod signals;
 mod standstill;
@@ -23,7 +22,6 @@ mod tests;
 pub use by_frames::{ByFrames, Silence, Slave};
 pub use line::{Line, LineDma, LineMemory};
 pub use liveness::{Beat, Heart, Liveness, Watchdog};
-pub use serial::received;
 pub use servo::{Access, Shell};
 pub use signals::{Shown, Signals};
 pub use standstill::Standstill;

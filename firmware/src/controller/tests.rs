@@ -13,7 +13,7 @@ use trueaxis::link::{
 use trueaxis::{AlignedBlob, Auxiliary, AuxiliaryKind, Usual};
 
 use crate::desktop::Line;
-use crate::device::tests::draft;
+use crate::device::tests::{Source, draft};
 use crate::device::{Command, LinkOnly, Machine, NoClock, PositionSource, ServoSide};
 use crate::double_buffer::{BufferedServo, DoubleBuffer};
 use crate::link::BootNonce;
@@ -184,16 +184,18 @@ fn logged() -> Vec<Event> {
     LOG.take()
 }
 
-/// A place whose corrections are not zero.
-struct Here;
+fn here() -> Source {
+    let place = [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    Source(Some(Command::new(place, u16::MAX)))
+}
 
-impl PositionSource<[f32; 8]> for Here {
-    fn take(&mut self) -> Option<Command<[f32; 8]>> {
-        Some(Command::new(
-            [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            u16::MAX,
-        ))
-    }
+/// A frame with a hello.
+fn hello() -> Vec<u8> {
+    let (mut scratch, mut out) = ([0; MOST_BODY], [0; MOST_WIRE]);
+    let (session, sequence) = (7, 0);
+    let header = Header { session, sequence };
+    let frame = encode(header, &Request::Hello, &mut scratch, &mut out);
+    frame.unwrap().to_vec()
 }
 
 type Main = MainLoop<'static, MockFlash, Port, Wire, Wire, Probe, Usual, 1>;
@@ -297,7 +299,7 @@ impl Bench {
     /// Servo interrupts and main loop for some time, while the motion side commands a fixed place.
     fn run_there(&mut self, milliseconds: u32) {
         for _ in 0..4 * milliseconds {
-            self.period(&mut Here);
+            self.period(&mut here());
             self.main.turn();
         }
     }
@@ -380,7 +382,7 @@ fn the_fault_pin_is_set_from_the_servo_interrupt() {
     // In the period without a command, without a turn of the main loop.
     bench.period(&mut LinkOnly);
     assert!(!bench.healthy.high.get());
-    bench.period(&mut Here);
+    bench.period(&mut here());
     assert!(bench.healthy.high.get());
 }
 
@@ -423,15 +425,10 @@ fn nothing_but_the_link_goes_on_between_two_milliseconds() {
 fn requests_are_answered_and_a_turn_says_whether_more_bytes_wait() {
     let mut bench = Bench::start(None);
     assert!(!bench.main.turn());
-    let (mut scratch, mut out) = ([0; MOST_BODY], [0; MOST_WIRE]);
-    let header = Header {
-        session: 7,
-        sequence: 0,
-    };
-    let frame = encode(header, &Request::Hello, &mut scratch, &mut out).unwrap();
+    let frame = hello();
     // One frame after the other, one per turn.
     for _ in 0..2 {
-        bench.line.borrow_mut().incoming.extend(frame);
+        bench.line.borrow_mut().incoming.extend(&frame);
     }
     let mut more = Vec::new();
     while !bench.line.borrow().incoming.is_empty() {
@@ -509,12 +506,7 @@ fn filters_are_told_the_time_between_two_readings() {
 #[test]
 fn it_waits_only_when_nothing_is_left_to_do_and_goes_on_afterwards() {
     let bench = Bench::start(None);
-    let (mut scratch, mut out) = ([0; MOST_BODY], [0; MOST_WIRE]);
-    let header = Header {
-        session: 7,
-        sequence: 0,
-    };
-    let frame = encode(header, &Request::Hello, &mut scratch, &mut out).unwrap();
+    let frame = hello();
     // Enough for more than one turn.
     let say = |line: &RefCell<Line>| line.borrow_mut().incoming.extend(frame.repeat(30));
     say(&bench.line);

@@ -12,6 +12,7 @@ mod budget;
 mod change;
 mod report;
 mod servo_side;
+mod snapshot;
 #[cfg(test)]
 pub(crate) mod tests;
 mod under_way;
@@ -30,7 +31,8 @@ pub use board::{
     Regularity,
 };
 pub use budget::ERASES_PER_HOUR;
-pub use servo_side::{Counters, FAULTS, ServoAccess, ServoSide, Snapshot};
+pub use servo_side::{FAULTS, ServoAccess, ServoSide};
+pub use snapshot::{Counters, Snapshot};
 pub use upload::GIVEN_UP;
 
 /// The main loop's side.

@@ -3,65 +3,17 @@
 use trueaxis::link::{CostUnit, LimitCounts, MOST_ROWS};
 use trueaxis::{
     AUXILIARIES, AuxiliaryKind, Conditions, Correction, Inputs, PATIENCE, Refused, Room, Row,
-    Status, WeightError, Weights,
+    Status, WeightError,
 };
 
 use super::board::{Clock, Command, CorrectionSink, Enabling, PositionSource, Regularity};
+use super::snapshot::{Counters, Snapshot};
 use crate::double_buffer::{BufferedServo, Loaded};
 
 /// Conditions that are faults: the corrections are wrong.
 pub const FAULTS: Conditions = Conditions(
     Conditions::BAD_INPUT.0 | Conditions::BAD_PERIOD.0 | Conditions::HELD.0 | Conditions::FROZEN.0,
 );
-
-/// Counts since start.
-#[derive(Clone, Copy, Debug)]
-pub struct Counters<C: Room> {
-    /// Number of servo updates.
-    pub updates: u32,
-    /// Periods without a command, after the first command of the source: nothing new has arrived for longer than the
-    /// tolerance.
-    pub missed: u32,
-    /// Regularity of commands from the board's source.
-    pub regularity: Regularity,
-    /// Periods for which the previous one left no time.
-    pub overruns: u32,
-    /// Number of periods in which each limit of each axis acted.
-    pub limits: C::Axes<LimitCounts>,
-    /// Cost of the last update.
-    pub cost: u32,
-    /// Cost of the most expensive update.
-    pub worst_cost: u32,
-    /// Unit of both costs.
-    pub cost_unit: CostUnit,
-}
-
-/// State after a period.
-#[derive(Clone, Copy, Debug)]
-pub struct Snapshot<C: Room> {
-    /// The correction.
-    pub last: Correction<C::Axes<f32>>,
-    /// The last finite commanded positions, mm or degrees.
-    pub positions: C::Axes<f32>,
-    /// Auxiliary inputs, mm and K.
-    pub auxiliaries: [f32; AUXILIARIES],
-    /// Auxiliaries whose sensor has failed, bit 0 for the first.
-    pub sensors_lost: u8,
-    /// Requested weights.
-    pub weights: Weights,
-    /// Corrections are requested.
-    pub enabled: bool,
-    /// A dry run is requested.
-    pub dry_run: bool,
-    /// Updates are stopped.
-    pub suspended: bool,
-    /// Mask of referenced axes.
-    pub referenced: u16,
-    /// Fade factor, 0…1.
-    pub factor: f32,
-    /// Counts since start.
-    pub counters: Counters<C>,
-}
 
 /// Commanded positions from the link, and the servo's results for them.
 struct Batch<C: Room> {
@@ -287,12 +239,12 @@ impl<C: Room> ServoSide<C> {
     }
 
     /// Sets the number of periods for which the previous one left no time.
-    pub fn set_overruns(&mut self, count: u32) {
+    pub(crate) fn set_overruns(&mut self, count: u32) {
         self.counters.overruns = count;
     }
 
     /// Reports a fault of the slots, which only the main loop knows.
-    pub fn set_faulty(&mut self, on: bool) {
+    pub(crate) fn set_faulty(&mut self, on: bool) {
         self.faulty = on;
     }
 
@@ -365,7 +317,7 @@ impl<C: Room> ServoSide<C> {
     }
 
     /// Reports which auxiliaries have a failed sensor, bit 0 for the first.
-    pub fn set_sensors_lost(&mut self, mask: u8) {
+    pub(crate) fn set_sensors_lost(&mut self, mask: u8) {
         self.sensors_lost = mask;
     }
 
@@ -416,20 +368,20 @@ impl<C: Room> ServoSide<C> {
     }
 
     /// Ramps the corrections to zero and keeps them there (`true`), whatever is enabled.
-    pub fn keep_at_zero(&mut self, on: bool) {
+    pub(crate) fn keep_at_zero(&mut self, on: bool) {
         self.to_zero = on;
         self.servo.enable(self.enabled && !on);
     }
 
     /// Stops the updates (`true`), only at zero; after that nothing is read from the slots.
-    pub fn suspend(&mut self, on: bool) {
+    pub(crate) fn suspend(&mut self, on: bool) {
         self.suspended = on;
     }
 
     /// All corrections are zero, and the fade factor rests at zero, so changes of the compensation have no effect on
     /// the output.
     #[must_use]
-    pub fn is_at_zero(&self) -> bool {
+    pub(crate) fn is_at_zero(&self) -> bool {
         let ramping = self.last.status.is(Conditions::RAMPING);
         self.servo.factor() == 0.0 && !ramping && self.last.dq.as_ref().iter().all(|dq| *dq == 0.0)
     }
@@ -437,13 +389,13 @@ impl<C: Room> ServoSide<C> {
     /// Begins a batch of commands from the link and drops what is left of the previous one.
     ///
     /// Returns false while the board's source commands.
-    pub fn begin_batch(&mut self) -> bool {
+    pub(crate) fn begin_batch(&mut self) -> bool {
         self.end_batch();
         self.silent.is_none_or(|silent| silent > PATIENCE)
     }
 
     /// Drops the rest of the batch.
-    pub fn end_batch(&mut self) {
+    pub(crate) fn end_batch(&mut self) {
         (self.batch.given, self.batch.done) = (0, 0);
     }
 
@@ -480,7 +432,7 @@ impl<C: Room> ServoSide<C> {
 
     /// Counts since start.
     #[must_use]
-    pub fn counters(&self) -> &Counters<C> {
+    pub(crate) fn counters(&self) -> &Counters<C> {
         &self.counters
     }
 
@@ -504,7 +456,7 @@ impl<C: Room> ServoSide<C> {
 
     /// Whether updates are stopped.
     #[must_use]
-    pub fn is_suspended(&self) -> bool {
+    pub(crate) fn is_suspended(&self) -> bool {
         self.suspended
     }
 

@@ -76,6 +76,76 @@ fn flash(while_busy: WhileBusy) -> MockFlash {
     MockFlash::new(8).with_while_busy(while_busy)
 }
 
+pub(crate) struct Source(pub Option<Command<[f32; 8]>>);
+
+impl PositionSource<[f32; 8]> for Source {
+    fn take(&mut self) -> Option<Command<[f32; 8]>> {
+        self.0
+    }
+}
+
+#[derive(Default)]
+struct Sink(Vec<Correction<[f32; 8]>>);
+
+impl CorrectionSink<[f32; 8]> for Sink {
+    fn give(&mut self, correction: &Correction<[f32; 8]>, _: bool) {
+        self.0.push(*correction);
+    }
+}
+
+fn fresh(while_busy: WhileBusy) -> Desktop {
+    Desktop::start(flash(while_busy), PERIOD)
+}
+
+/// With a compensation in use.
+fn holding(scale: f32) -> Desktop {
+    let mut desktop = fresh(WhileBusy::DualBank);
+    flashed(&mut desktop, &blob("m", b"XY", scale));
+    desktop
+}
+
+fn let_in(desktop: &mut Desktop) {
+    for request in [Request::Referenced(3), Request::Enable(true)] {
+        assert_eq!(ask(desktop, &request), Reply::Done);
+    }
+}
+
+fn refuses(desktop: &mut Desktop, request: &Request<'_>, refusal: Refusal) {
+    assert_eq!(ask(desktop, request), Reply::Refused(refusal));
+}
+
+fn weigh(desktop: &mut Desktop, value: f32) {
+    let request = Request::SetWeight { term: 1, value };
+    assert_eq!(ask(desktop, &request), Reply::Done);
+}
+
+fn active(desktop: &Desktop) -> Option<Slot> {
+    match desktop.device.activation() {
+        Activation::Active(slot) => slot,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn begin(desktop: &mut Desktop, blob: &[u8]) -> Reply<'static> {
+    let (length, crc) = announced(blob);
+    ask(desktop, &Request::Begin { length, crc })
+}
+
+fn receiving(desktop: &mut Desktop, blob: &[u8]) {
+    while !matches!(
+        begin(desktop, blob),
+        Reply::Upload(Upload::Receiving { .. })
+    ) {
+        desktop.turn(1);
+    }
+}
+
+fn await_active(desktop: &mut Desktop, slot: Option<Slot>) {
+    while desktop.device.activation() != Activation::Active(slot) {
+        desktop.turn(1);
+    }
+}
+
 fn ask(desktop: &mut Desktop, request: &Request<'_>) -> Reply<'static> {
     let mut rows = [0; MOST_BODY];
     match desktop.device.answer(request, &mut rows) {
@@ -186,7 +256,7 @@ fn settle(desktop: &mut Desktop) {
 
 #[test]
 fn without_a_compensation_the_corrections_are_zero_and_the_fault_says_why() {
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let mut desktop = fresh(WhileBusy::DualBank);
     assert_eq!(desktop.device.fault(), Some(Fault::NoCompensation));
     assert_eq!(
         ask(&mut desktop, &Request::Motion(&[0; 8])),
@@ -200,30 +270,24 @@ fn without_a_compensation_the_corrections_are_zero_and_the_fault_says_why() {
 #[test]
 fn at_start_what_was_in_use_is_active_and_otherwise_what_was_before_it() {
     let [first, second] = [0.1, 0.2].map(|scale| blob("m", b"XY", scale));
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let mut desktop = fresh(WhileBusy::DualBank);
     assert_eq!(flashed(&mut desktop, &first), Slot::A);
     assert_eq!(flashed(&mut desktop, &second), Slot::B);
     desktop = desktop.restart();
-    assert_eq!(
-        desktop.device.activation(),
-        Activation::Active(Some(Slot::B))
-    );
+    assert_eq!(active(&desktop), Some(Slot::B));
     assert_eq!(desktop.device.fault(), None);
     // Now it is damaged.
     let mut flash = desktop.stop();
     flash.flip(Slot::B, 8 * 100);
     let desktop = Desktop::start(flash, PERIOD);
-    assert_eq!(
-        desktop.device.activation(),
-        Activation::Active(Some(Slot::A))
-    );
+    assert_eq!(active(&desktop), Some(Slot::A));
     assert_eq!(desktop.device.fault(), Some(Fault::Lost));
 }
 
 #[test]
 fn a_blob_that_this_firmware_cannot_use_is_a_fault_at_start() {
     let nine = blob("m", b"XYZUVWABC", 0.1);
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let mut desktop = fresh(WhileBusy::DualBank);
     let good = blob("m", b"XY", 0.1);
     flashed(&mut desktop, &good);
     let mut slots = Slots::open(desktop.stop());
@@ -246,20 +310,15 @@ fn a_blob_that_this_firmware_cannot_use_is_a_fault_at_start() {
             }
         ))
     ));
-    assert_eq!(
-        desktop.device.activation(),
-        Activation::Active(Some(Slot::A))
-    );
+    assert_eq!(active(&desktop), Some(Slot::A));
 }
 
 #[test]
 fn a_motion_gives_what_a_servo_on_the_desktop_gives() {
     let blob = blob("m", b"XY", 0.3);
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let mut desktop = fresh(WhileBusy::DualBank);
     flashed(&mut desktop, &blob);
-    for request in [Request::Referenced(3), Request::Enable(true)] {
-        assert_eq!(ask(&mut desktop, &request), Reply::Done);
-    }
+    let_in(&mut desktop);
     let mut compensation: std::boxed::Box<trueaxis::Compensation<'_>> =
         std::boxed::Box::new(trueaxis::Compensation::empty());
     compensation.load(&blob).unwrap();
@@ -267,11 +326,7 @@ fn a_motion_gives_what_a_servo_on_the_desktop_gives() {
     servo.enable();
     for batch in 0..200 {
         if batch == 100 {
-            let request = Request::SetWeight {
-                term: 1,
-                value: -0.25,
-            };
-            assert_eq!(ask(&mut desktop, &request), Reply::Done);
+            weigh(&mut desktop, -0.25);
             servo.set_weight(1, -0.25).unwrap();
         }
         let at = |k: i32| [0.1, ((batch * 8 + k) as f32 * 0.01).sin() * 120.0];
@@ -321,9 +376,7 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
         });
     let first = blob("m", b"XY", 0.3);
     flashed(&mut desktop, &first);
-    for request in [Request::Referenced(3), Request::Enable(true)] {
-        ask(&mut desktop, &request);
-    }
+    let_in(&mut desktop);
     settle(&mut desktop);
     assert!(status(&mut desktop).dq[0] != 0.0);
     let writes = during.load(Ordering::SeqCst);
@@ -334,10 +387,7 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
     let second = blob("m", b"XY", 0.2);
     let (length, crc) = announced(&second);
     let begin = Request::Begin { length, crc };
-    assert_eq!(
-        ask(&mut desktop, &begin),
-        Reply::Refused(Refusal::NotStandstill)
-    );
+    refuses(&mut desktop, &begin, Refusal::NotStandstill);
     assert!(!status(&mut desktop).suspended);
     assert_eq!(during.load(Ordering::SeqCst), writes);
 
@@ -354,7 +404,7 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
         .flat_map(|q| q.to_le_bytes())
         .collect();
     for request in [activate, Request::Motion(&row)] {
-        assert_eq!(ask(&mut desktop, &request), Reply::Refused(Refusal::Busy));
+        refuses(&mut desktop, &request, Refusal::Busy);
     }
     let mut last = status(&mut desktop).dq[0];
     let mut seen = vec![];
@@ -374,10 +424,7 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
     }
     assert_eq!(seen.len(), 8, "one block a turn, visible: {seen:?}");
     let motion = Request::Motion(&[0; 8]);
-    assert_eq!(
-        ask(&mut desktop, &motion),
-        Reply::Refused(Refusal::Suspended)
-    );
+    refuses(&mut desktop, &motion, Refusal::Suspended);
 
     // The machine starts to move in the middle: the servo resumes, the upload waits.
     let chunk = Request::Chunk {
@@ -390,10 +437,7 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
         offset: 64,
         bytes: &second[64..],
     };
-    assert_eq!(
-        ask(&mut desktop, &more),
-        Reply::Refused(Refusal::NotStandstill)
-    );
+    refuses(&mut desktop, &more, Refusal::NotStandstill);
     let report = status(&mut desktop);
     assert!(matches!(report.upload, Upload::Paused { next: 64, .. }));
     assert!(!report.suspended);
@@ -412,26 +456,20 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
 
 #[test]
 fn another_machine_is_taken_only_by_force() {
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
-    flashed(&mut desktop, &blob("m", b"XY", 0.3));
+    let mut desktop = holding(0.3);
     for other in [blob("n", b"XY", 0.3), blob("m", b"XZ", 0.3)] {
         let refused = upload(&mut desktop, &other, false);
         assert_eq!(refused, Reply::Refused(Refusal::OtherMachine));
         ask(&mut desktop, &Request::Abort);
     }
-    for request in [Request::Referenced(3), Request::Enable(true)] {
-        ask(&mut desktop, &request);
-    }
+    let_in(&mut desktop);
     settle(&mut desktop);
     let other = blob("n", b"YX", 0.2);
     let Reply::Upload(Upload::Committed { slot, .. }) = upload(&mut desktop, &other, true) else {
         panic!()
     };
     let polite = Request::Activate { slot, force: false };
-    assert_eq!(
-        ask(&mut desktop, &polite),
-        Reply::Refused(Refusal::OtherMachine)
-    );
+    refuses(&mut desktop, &polite, Refusal::OtherMachine);
     let force = Request::Activate { slot, force: true };
     assert_eq!(
         ask(&mut desktop, &force),
@@ -442,7 +480,7 @@ fn another_machine_is_taken_only_by_force() {
         length: 100,
         crc: 0,
     };
-    assert_eq!(ask(&mut desktop, &begin), Reply::Refused(Refusal::Busy));
+    refuses(&mut desktop, &begin, Refusal::Busy);
     let mut last = status(&mut desktop).dq[0];
     while desktop.device.activation() != Activation::Active(Some(slot)) {
         desktop.turn(1);
@@ -460,35 +498,19 @@ fn another_machine_is_taken_only_by_force() {
 
 #[test]
 fn a_source_that_falls_silent_is_held_and_then_ramped_to_zero() {
-    struct Spi(Option<Command<[f32; 8]>>);
-    impl PositionSource<[f32; 8]> for Spi {
-        fn take(&mut self) -> Option<Command<[f32; 8]>> {
-            self.0
-        }
-    }
-    struct Drives(Option<Correction<[f32; 8]>>);
-    impl CorrectionSink<[f32; 8]> for Drives {
-        fn give(&mut self, correction: &Correction<[f32; 8]>, _: bool) {
-            self.0 = Some(*correction);
-        }
-    }
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
-    flashed(&mut desktop, &blob("m", b"XY", 0.3));
+    let mut desktop = holding(0.3);
     ask(&mut desktop, &Request::Enable(true));
-    let mut spi = Spi(Some(Command::new(
+    let mut spi = Source(Some(Command::new(
         [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         3,
     )));
-    let mut drives = Drives(None);
-    let mut ticks = |spi: &mut Spi, count| {
-        let mut given = vec![];
+    let ticks = |spi: &mut Source, count| {
+        let mut drives = Sink::default();
         for _ in 0..count {
-            desktop
-                .servo
-                .lock(|side| side.tick(spi, &mut drives, &NoClock));
-            given.extend(drives.0.take());
+            let tick = |side: &mut Side| side.tick(spi, &mut drives, &NoClock);
+            desktop.servo.lock(tick);
         }
-        given
+        drives.0
     };
     let settled = *ticks(&mut spi, 1000).last().unwrap();
     assert!((settled.dq[0] - 0.3).abs() < 1e-4);
@@ -520,16 +542,8 @@ fn a_source_that_falls_silent_is_held_and_then_ramped_to_zero() {
 }
 
 /// A source of the board that gives this in every period, or nothing if `None`.
-struct Board(Option<Command<[f32; 8]>>);
-
-impl PositionSource<[f32; 8]> for Board {
-    fn take(&mut self) -> Option<Command<[f32; 8]>> {
-        self.0
-    }
-}
-
-fn tick(desktop: &Desktop, board: &mut Board) {
-    let ticked = |side: &mut Side| side.tick(board, &mut LinkOnly, &NoClock);
+fn tick(desktop: &Desktop, source: &mut Source) {
+    let ticked = |side: &mut Side| side.tick(source, &mut LinkOnly, &NoClock);
     desktop.servo.lock(ticked);
 }
 
@@ -554,8 +568,7 @@ fn neither_host_nor_motion_side_lets_corrections_in_that_the_other_has_taken_out
         for (command, expected) in says.into_iter().zip(expected) {
             // In either order.
             for first in [true, false] {
-                let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
-                flashed(&mut desktop, &blob("m", b"XY", 0.3));
+                let mut desktop = holding(0.3);
                 let say = |desktop: &mut Desktop| {
                     if let Some(on) = host {
                         ask(desktop, &Request::Enable(on));
@@ -564,7 +577,7 @@ fn neither_host_nor_motion_side_lets_corrections_in_that_the_other_has_taken_out
                 if first {
                     say(&mut desktop);
                 }
-                tick(&desktop, &mut Board(command));
+                tick(&desktop, &mut Source(command));
                 if !first {
                     say(&mut desktop);
                 }
@@ -574,7 +587,7 @@ fn neither_host_nor_motion_side_lets_corrections_in_that_the_other_has_taken_out
                     "{host:?} {command:?}"
                 );
                 for _ in 0..2000 {
-                    tick(&desktop, &mut Board(command.or(Some(at(Enabling::Host)))));
+                    tick(&desktop, &mut Source(command.or(Some(at(Enabling::Host)))));
                 }
                 let factor = if expected { 1.0 } else { 0.0 };
                 assert_eq!(status(&mut desktop).factor, factor);
@@ -585,15 +598,14 @@ fn neither_host_nor_motion_side_lets_corrections_in_that_the_other_has_taken_out
 
 #[test]
 fn what_the_motion_side_wants_holds_while_it_is_silent_and_while_the_servo_is_suspended() {
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
-    flashed(&mut desktop, &blob("m", b"XY", 0.3));
+    let mut desktop = holding(0.3);
     let on = Command {
         enabling: Enabling::On,
         ..Command::new([0.0; 8], 3)
     };
-    tick(&desktop, &mut Board(Some(on)));
+    tick(&desktop, &mut Source(Some(on)));
     for _ in 0..1000 {
-        tick(&desktop, &mut Board(None));
+        tick(&desktop, &mut Source(None));
     }
     assert!(status(&mut desktop).enabled);
     desktop.servo.lock(|side| side.suspend(true));
@@ -602,7 +614,7 @@ fn what_the_motion_side_wants_holds_while_it_is_silent_and_while_the_servo_is_su
         axes: [1.0; 8],
         ..on
     };
-    tick(&desktop, &mut Board(Some(off)));
+    tick(&desktop, &mut Source(Some(off)));
     let report = status(&mut desktop);
     assert!(!report.enabled);
     assert_eq!((report.positions[0], report.referenced), (1.0, 3));
@@ -617,7 +629,7 @@ fn the_tool_length_of_the_motion_side_counts_while_it_gives_one() {
         reference: 100.0,
         sensor: trueaxis::Sensor::USUAL,
     }];
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let mut desktop = fresh(WhileBusy::DualBank);
     flashed(&mut desktop, &draft.encode().unwrap());
     let with = |tool_length| {
         Some(Command {
@@ -627,26 +639,25 @@ fn the_tool_length_of_the_motion_side_counts_while_it_gives_one() {
     };
     let length = |desktop: &mut Desktop| status(desktop).auxiliaries[0];
     assert!(length(&mut desktop).is_nan());
-    tick(&desktop, &mut Board(with(Some(130.0))));
+    tick(&desktop, &mut Source(with(Some(130.0))));
     assert_eq!(length(&mut desktop), 130.0);
     ask(&mut desktop, &Request::ToolLength(95.5));
     assert_eq!(length(&mut desktop), 130.0);
-    tick(&desktop, &mut Board(with(Some(131.0))));
+    tick(&desktop, &mut Source(with(Some(131.0))));
     assert_eq!(length(&mut desktop), 131.0);
-    tick(&desktop, &mut Board(with(None)));
+    tick(&desktop, &mut Source(with(None)));
     assert_eq!(length(&mut desktop), 95.5);
     // The servo ignores a NaN tool length, even from the host.
-    tick(&desktop, &mut Board(with(Some(f32::NAN))));
+    tick(&desktop, &mut Source(with(Some(f32::NAN))));
     assert!(length(&mut desktop).is_nan());
 }
 
 #[test]
 fn corrections_that_are_wanted_and_held_are_a_fault_and_others_are_none() {
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
-    flashed(&mut desktop, &blob("m", b"XY", 0.3));
+    let mut desktop = holding(0.3);
     let healthy = |desktop: &Desktop| desktop.servo.lock(|side| side.is_healthy());
-    let mut here = Board(Some(Command::new([0.0; 8], 3)));
-    let mut silent = Board(None);
+    let mut here = Source(Some(Command::new([0.0; 8], 3)));
+    let mut silent = Source(None);
     tick(&desktop, &mut here);
     tick(&desktop, &mut silent);
     assert!(healthy(&desktop), "none are wanted");
@@ -679,7 +690,7 @@ fn health_shows_what_the_source_has_counted_and_why_the_controller_has_started()
             }
         }
     }
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let mut desktop = fresh(WhileBusy::DualBank);
     desktop.servo.lock(|side| {
         side.set_overruns(6);
         side.tick(&mut Irregular, &mut LinkOnly, &NoClock);

@@ -9,34 +9,6 @@ use super::{Device, Machine, ServoAccess};
 use crate::double_buffer::Loader;
 use crate::slots::{Progress, Slot, SlotError, SlotState, TableFlash};
 
-impl From<SlotError> for Refusal {
-    fn from(error: SlotError) -> Self {
-        match error {
-            SlotError::NotStandstill => Self::NotStandstill,
-            SlotError::Length { capacity } => Self::TooLong { held: capacity },
-            SlotError::NoUpload => Self::NoUpload,
-            SlotError::Erasing => Self::Erasing,
-            SlotError::Gap { expected } | SlotError::Incomplete { expected } => {
-                Self::Missing { expected }
-            }
-            SlotError::Beyond { length } => Self::Beyond { length },
-            SlotError::Conflict { offset } => Self::Conflict { offset },
-            SlotError::NotBlank { .. } | SlotError::Readback { .. } | SlotError::Spoiled => {
-                Self::Spoiled
-            }
-            SlotError::Unusable { slot, block } => Self::Unusable { slot, block },
-            SlotError::Leased => Self::Busy,
-            SlotError::Blob(error) => Self::Load(error),
-            SlotError::OtherBlob => Self::OtherBlob,
-            SlotError::Flash(_) => Self::Flash,
-            SlotError::NotChosen => Self::NoCompensation,
-            SlotError::Full => Self::Full,
-            // The reason is known to the code that checks.
-            SlotError::Refused | SlotError::LogicBug => Self::LogicBug,
-        }
-    }
-}
-
 /// Whether a compensation is for the same machine as the one in use: name and axis letters.
 pub(super) fn same_machine<C: Room>(
     active: &Compensation<'_, C>,

@@ -1,3 +1,5 @@
+mod two_clocks;
+
 use std::vec::Vec;
 
 use proptest::prelude::*;
@@ -29,16 +31,19 @@ fn answer(count: u8, dq: [f32; 2]) -> Vec<u8> {
 }
 
 /// One period: the answer is for the previous command, `late` periods late.
+fn command(side: &mut Two) {
+    let command = Command::new([0.0; 2], 0);
+    assert!(side.command(command, &mut [0; MOST]).is_some());
+}
+
 fn period(side: &mut Two, late: u8, dq: [f32; 2]) -> Applied<2> {
-    side.command(Command::new([0.0; 2], 0), &mut [0; MOST])
-        .unwrap();
+    command(side);
     let count = side.count.wrapping_sub(1).wrapping_sub(late);
     side.answer(&answer(count, dq), true)
 }
 
 fn silence(side: &mut Two) -> Applied<2> {
-    side.command(Command::new([0.0; 2], 0), &mut [0; MOST])
-        .unwrap();
+    command(side);
     side.answer(&[], true)
 }
 
@@ -156,8 +161,7 @@ fn the_same_answer_for_ever_is_no_news_nor_are_two_in_turn() {
             .map(|k| answer(last.wrapping_sub(k), [0.1, 0.1]))
             .collect();
         for number in 0..2000 {
-            side.command(Command::new([0.0; 2], 0), &mut [0; MOST])
-                .unwrap();
+            command(&mut side);
             let applied = side.answer(&bytes[number % bytes.len()], true);
             // The first may be for the last command, and no more than two can occur.
             if number > usize::from(Two::LATE) + BOUNDS.hold as usize {
@@ -191,13 +195,11 @@ fn what_is_not_a_number_or_beyond_the_bounds_is_no_news() {
 #[test]
 fn a_fault_of_the_controller_is_an_alarm_while_its_answers_are_followed() {
     let mut side = following([0.1, 0.1]);
-    side.command(Command::new([0.0; 2], 0), &mut [0; MOST])
-        .unwrap();
+    command(&mut side);
     let bytes = answer(side.count.wrapping_sub(1), [0.1, 0.1]);
     let low = side.answer(&bytes, false);
     assert_eq!((low.state, low.alarm), (State::Following, true));
-    side.command(Command::new([0.0; 2], 0), &mut [0; MOST])
-        .unwrap();
+    command(&mut side);
     let sick = Answer {
         count: Some(side.count.wrapping_sub(1)),
         healthy: false,
@@ -291,7 +293,7 @@ proptest! {
         let mut history: Vec<Vec<u8>> = Vec::new();
         for (fate, times) in fates {
             for _ in 0..times {
-                side.command(Command::new([0.0; 2], 0), &mut [0; MOST]).unwrap();
+                command(&mut side);
                 for (value, bound) in dq.iter_mut().zip([0.5, 0.25]) {
                     *value = (*value + 0.002 * pace).clamp(-bound, bound);
                 }

@@ -56,7 +56,7 @@ impl<F: TableFlash> Slots<F> {
 
     /// Whether writing a choice to this slot stalls a running servo.
     #[must_use]
-    pub fn choosing_stalls(&self, slot: Slot) -> bool {
+    pub(crate) fn choosing_stalls(&self, slot: Slot) -> bool {
         match self.flash.while_busy() {
             WhileBusy::Standstill => true,
             // The servo reads this slot's bank.

@@ -128,7 +128,7 @@ impl<F: TableFlash> Slots<F> {
 
     /// Whether only one half of the newest choice can be read, and there is room to [store it](Self::choose) again.
     #[must_use]
-    pub fn is_choice_halved(&self) -> bool {
+    pub(crate) fn is_choice_halved(&self) -> bool {
         let whole = self.newest_choice().is_none_or(|(_, stored)| stored.whole);
         let room = self.in_use().map_or(0, |slot| self.places_left(slot));
         !whole && room >= 2

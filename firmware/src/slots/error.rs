@@ -3,7 +3,7 @@
 use core::fmt;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use trueaxis::LoadError;
-use trueaxis::link::Slot;
+use trueaxis::link::{Refusal, Slot};
 
 /// Why an operation on the slots was refused or failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,32 +77,44 @@ pub enum SlotError {
     LogicBug,
 }
 
+impl From<SlotError> for Refusal {
+    fn from(error: SlotError) -> Self {
+        match error {
+            SlotError::NotStandstill => Self::NotStandstill,
+            SlotError::Length { capacity } => Self::TooLong { held: capacity },
+            SlotError::NoUpload => Self::NoUpload,
+            SlotError::Erasing => Self::Erasing,
+            SlotError::Gap { expected } | SlotError::Incomplete { expected } => {
+                Self::Missing { expected }
+            }
+            SlotError::Beyond { length } => Self::Beyond { length },
+            SlotError::Conflict { offset } => Self::Conflict { offset },
+            SlotError::NotBlank { .. } | SlotError::Readback { .. } | SlotError::Spoiled => {
+                Self::Spoiled
+            }
+            SlotError::Unusable { slot, block } => Self::Unusable { slot, block },
+            SlotError::Leased => Self::Busy,
+            SlotError::Blob(error) => Self::Load(error),
+            SlotError::OtherBlob => Self::OtherBlob,
+            SlotError::Flash(_) => Self::Flash,
+            SlotError::NotChosen => Self::NoCompensation,
+            SlotError::Full => Self::Full,
+            // The reason is known to the code that checks.
+            SlotError::Refused | SlotError::LogicBug => Self::LogicBug,
+        }
+    }
+}
+
 impl fmt::Display for SlotError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::NotStandstill => f.write_str("the machine is not at standstill with drives off"),
-            Self::Length { capacity } => write!(f, "a slot holds 16 to {capacity} bytes"),
-            Self::NoUpload => f.write_str("no upload has begun"),
-            Self::Erasing => f.write_str("the slot is still being erased"),
-            Self::Gap { expected } => write!(f, "bytes are missing from {expected} on"),
-            Self::Beyond { length } => write!(f, "beyond the end of the blob at {length}"),
-            Self::Conflict { offset } => write!(f, "byte {offset} was another one before"),
             Self::NotBlank { offset } => write!(f, "flash at {offset} is not blank: begin again"),
             Self::Readback { offset } => write!(f, "flash at {offset} reads wrong: begin again"),
-            Self::Unusable { slot, block } => write!(
-                f,
-                "Slot unusable: block {block} of slot {slot} does not keep what is written to it"
-            ),
             Self::Leased => f.write_str("the slot is still being read"),
-            Self::Spoiled => f.write_str("the upload is spoiled: begin again"),
-            Self::Incomplete { expected } => write!(f, "incomplete: go on at {expected}"),
-            Self::Blob(error) => write!(f, "not a blob: {error}"),
-            Self::OtherBlob => f.write_str("another blob than announced"),
             Self::NotChosen => f.write_str("no valid slot is chosen"),
-            Self::Full => f.write_str("the slot has no room for another choice"),
             Self::Refused => f.write_str("the blob cannot be used on this target"),
             Self::Flash(kind) => write!(f, "flash: {kind}"),
-            Self::LogicBug => f.write_str("a mistake in the firmware or its flash driver"),
+            other => Refusal::from(other).fmt(f),
         }
     }
 }

@@ -107,8 +107,7 @@ fn committed<F: TableFlash>(
     blob: &[u8],
     chunk: usize,
 ) -> Result<Slot, SlotError> {
-    let Header { length, crc } = Header::read(blob).expect("a blob");
-    let mut progress = slots.begin(length, crc)?;
+    let mut progress = begin(slots, blob)?;
     while matches!(progress, Progress::Erasing { .. }) {
         progress = slots.erase_step()?;
     }
@@ -124,6 +123,29 @@ fn committed<F: TableFlash>(
 }
 
 /// An upload as a host does it: starts again when told to.
+fn begin<F: TableFlash>(slots: &mut Slots<F>, blob: &[u8]) -> Result<Progress, SlotError> {
+    let Header { length, crc } = Header::read(blob).expect("a blob");
+    slots.begin(length, crc)
+}
+
+/// Up to where the first byte is waited for.
+fn erased<F: TableFlash>(slots: &mut Slots<F>, blob: &[u8]) {
+    begin(slots, blob).expect("room");
+    while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
+}
+
+/// Uploads one after the other, each of them active.
+fn fill<'b, F: TableFlash>(
+    slots: &mut Slots<F>,
+    blobs: impl IntoIterator<Item = &'b AlignedBlob>,
+) -> Slot {
+    for blob in blobs {
+        let slot = upload(slots, blob, 64);
+        slots.set_active(Some(slot));
+    }
+    slots.active().expect("at least one blob")
+}
+
 fn upload<F: TableFlash>(slots: &mut Slots<F>, blob: &[u8], chunk: usize) -> Slot {
     for _ in 0..3 {
         match attempt(slots, blob, chunk) {

@@ -124,14 +124,14 @@ impl<F: TableFlash> Slots<F> {
     ///
     /// # Errors
     /// [`SlotError::Length`], [`SlotError::Unusable`], [`SlotError::Leased`]
-    pub fn would_erase(&mut self, length: u32, crc: u32) -> Result<bool, SlotError> {
+    pub(crate) fn would_erase(&mut self, length: u32, crc: u32) -> Result<bool, SlotError> {
         let beginning = self.beginning(length, crc)?;
         Ok(matches!(beginning, Beginning::Erases { .. }))
     }
 
     /// Whether [`begin`](Self::begin) first writes to the slot that is kept, and thereby stalls a running servo.
     #[must_use]
-    pub fn begin_stalls(&self) -> bool {
+    pub(crate) fn begin_stalls(&self) -> bool {
         let target = self.target();
         self.must_secure(target) && self.choosing_stalls(target.other())
     }

@@ -258,7 +258,7 @@ mod tests {
     use trueaxis::{
         Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis, Policy, SampleFormat, Term, Travel,
     };
-    use trueaxis_tables::validate::Runtime;
+    use trueaxis_model::validate::Runtime;
 
     /// X, Y and C, the last one endless.
     fn axes() -> Vec<Axis> {

@@ -54,7 +54,8 @@ pub struct Corrector<'a> {
     uncut: PerLetter,
     ends: Vec<usize>,
     pieces: Vec<Piece>,
-    text: Vec<u8>,
+    /// What is written, until it is taken.
+    out: Vec<u8>,
     check: Block,
     eol: &'static [u8],
     /// What the corrected program says before this line, while the modes of the line itself are in `written`.
@@ -115,7 +116,7 @@ impl<'a> Corrector<'a> {
             uncut: [0.0; COUNT],
             ends: Vec::new(),
             pieces: Vec::new(),
-            text: Vec::new(),
+            out: Vec::new(),
             check: Block::default(),
             eol: b"\n",
             before_modes: None,
@@ -137,7 +138,9 @@ impl<'a> Corrector<'a> {
     /// What is refused; nothing that was written before is of use then.
     pub fn next(&mut self, line: &[u8], eol: &[u8], out: &mut Vec<u8>) -> Result<(), Refusal> {
         self.line += 1;
-        let done = self.do_line(line, eol, out);
+        std::mem::swap(&mut self.out, out);
+        let done = self.do_line(line, eol);
+        std::mem::swap(&mut self.out, out);
         done.map_err(|fault| {
             let after_end = self.after_end.take();
             let first = after_end.filter(|refusal| refusal.cause == fault.cause);
@@ -158,6 +161,12 @@ impl<'a> Corrector<'a> {
         self.report.lines[1] += 1;
         let begins = std::mem::take(&mut self.begins);
         self.lines.push(Entry { begins, role });
+    }
+
+    /// A line ends.
+    fn end_line(&mut self, eol: &[u8], role: Role) {
+        self.out.extend_from_slice(eol);
+        self.note(role);
     }
 
     /// How far the lines that are written have come along the motion.
@@ -205,7 +214,7 @@ impl<'a> Corrector<'a> {
         ))
     }
 
-    fn do_line(&mut self, line: &[u8], eol: &[u8], out: &mut Vec<u8>) -> Result<(), Fault> {
+    fn do_line(&mut self, line: &[u8], eol: &[u8]) -> Result<(), Fault> {
         self.report.lines[0] += 1;
         self.begins = true;
         if eol == b"\r\n" {
@@ -214,9 +223,8 @@ impl<'a> Corrector<'a> {
         self.in_line = eol.is_empty();
         if self.nominal.ended {
             self.behind_the_end(line)?;
-            out.extend_from_slice(line);
-            out.extend_from_slice(eol);
-            self.note(Role::Plain);
+            self.out.extend_from_slice(line);
+            self.end_line(eol, Role::Plain);
             return Ok(());
         }
         let mut block = std::mem::take(&mut self.block);
@@ -230,8 +238,12 @@ impl<'a> Corrector<'a> {
         }
         self.percent += u64::from(block.percent);
         self.closed |= block.percent && self.nominal.begun;
-        self.begin(&block, line, out);
-        let done = self.correct_block(&block, line, eol, out);
+        self.begin(&block, line);
+        let done = self.correct_block(&block, line, eol);
+        let done = done.map_err(|fault| Fault {
+            span: fault.span.or_else(|| Some(block.axis_span())),
+            ..fault
+        });
         self.block = block;
         done
     }
@@ -262,7 +274,7 @@ impl<'a> Corrector<'a> {
             }
             None => Ok(()),
             Some(word) if self.rules.dialect.table().calls => {
-                let fault = Fault::new(word.span(), cause, remedy);
+                let fault = word.fault(cause, remedy);
                 let is_open = self.after_end.is_some();
                 if self.block.ends(self.rules.dialect) || is_open && word.letter == b'O' {
                     return Err(fault);
@@ -276,25 +288,22 @@ impl<'a> Corrector<'a> {
             }
             // Spindle and coolant.
             Some(_) if after_end == AfterEnd::Run && is_neutral(&self.block, self.rules) => Ok(()),
-            Some(word) => Err(Fault::new(word.span(), cause, remedy)),
+            Some(word) => Err(word.fault(cause, remedy)),
         }
     }
 
     /// Writes the mark before the first line that may follow it.
-    fn begin(&mut self, block: &Block, line: &[u8], out: &mut Vec<u8>) {
+    fn begin(&mut self, block: &Block, line: &[u8]) {
         if self.may_precede_mark(block, line) {
             return;
         }
         if let Some(mark) = self.mark.take() {
-            let [open, close]: [&[u8]; 2] = match self.semicolons() {
-                true => [b";", b""],
-                false => [b"(", b")"],
+            let comment = match self.semicolons() {
+                true => format!(";{mark}"),
+                false => format!("({mark})"),
             };
-            out.extend_from_slice(open);
-            out.extend_from_slice(mark.as_bytes());
-            out.extend_from_slice(close);
-            out.extend_from_slice(self.eol);
-            self.note(Role::Plain);
+            self.out.extend_from_slice(comment.as_bytes());
+            self.end_line(self.eol, Role::Plain);
         }
     }
 
@@ -313,13 +322,7 @@ impl<'a> Corrector<'a> {
         block.percent || is_path || is_header || block.word(b'O').is_some()
     }
 
-    fn correct_block(
-        &mut self,
-        block: &Block,
-        line: &[u8],
-        eol: &[u8],
-        out: &mut Vec<u8>,
-    ) -> Result<(), Fault> {
+    fn correct_block(&mut self, block: &Block, line: &[u8], eol: &[u8]) -> Result<(), Fault> {
         let before = self.nominal.position;
         let enters = self.enter_tip(block)?;
         let mut step = Step::default();
@@ -341,10 +344,10 @@ impl<'a> Corrector<'a> {
             None => {}
         }
         match &step.motion {
-            None => self.pass(&given, &before, out),
+            None => self.pass(&given, &before),
             Some(motion) => {
                 self.report.moves += 1;
-                self.motion(&given, motion, out)
+                self.motion(&given, motion)
             }
         }
     }

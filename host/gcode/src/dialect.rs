@@ -9,8 +9,8 @@ mod printer;
 mod siemens;
 
 use super::axes::{self, NOTHING, PerLetter};
-use super::codes::{self, Code, Machine};
-use super::modal::Motion;
+use super::codes::{self, Code, Group, Length, Machine};
+use super::modal::{FeedMode, Motion, Retract};
 
 /// Whose language a program is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,9 +77,13 @@ pub enum AfterEnd {
 #[derive(Debug)]
 pub struct Table {
     /// Words G, in tenths.
-    pub g: &'static [(u16, Code)],
+    pub g: &'static [&'static [(u16, Code)]],
+    /// Words G (in tenths) of how smoothly or exactly a path is followed.
+    pub path: &'static [u16],
     /// Words M, in tenths.
-    pub m: &'static [(u16, Machine)],
+    pub m: &'static [&'static [(u16, Machine)]],
+    /// Words M (in tenths) that nothing depends on that is followed here.
+    pub neutral: &'static [u16],
     /// Most bytes of a line.
     pub longest_line: usize,
     /// True if comments and spaces do not count towards them.
@@ -160,7 +164,9 @@ impl Table {
     /// What no dialect but some have, switched off.
     const PLAIN: Self = Self {
         g: &[],
+        path: &[],
         m: &[],
+        neutral: &[],
         longest_line: 255,
         counts_words_alone: false,
         needs_points: false,
@@ -200,9 +206,64 @@ impl Table {
     };
 }
 
-/// What a word (in tenths) means by the table of a dialect.
-fn own<T: Copy>(table: &[(u16, T)], tenths: u16) -> Option<T> {
-    let found = table.iter().find(|(own, _)| *own == tenths);
+/// Positions that are stored, probing, and a tool offset by its words.
+const STORED_AND_PROBED: &[(u16, Code)] = &[
+    (281, Code::StoreHome(0)),
+    (301, Code::StoreHome(1)),
+    (382, Code::Probe),
+    (383, Code::Probe),
+    (384, Code::Probe),
+    (385, Code::Probe),
+    (431, Code::ToolLength(Length::OfWords)),
+];
+/// Systems behind G59.
+const THREE_SYSTEMS: &[(u16, Code)] = &[
+    (591, Code::System(7)),
+    (592, Code::System(8)),
+    (593, Code::System(9)),
+];
+/// Cycles, and tool offsets by their number.
+const CYCLES: &[(u16, Code)] = &[
+    (430, Code::ToolLength(Length::OfTool)),
+    (730, Code::Motion(Motion::Cycle(730))),
+    (810, Code::Motion(Motion::Cycle(810))),
+    (820, Code::Motion(Motion::Cycle(820))),
+    (830, Code::Motion(Motion::Cycle(830))),
+    (850, Code::Motion(Motion::Cycle(850))),
+    (860, Code::Motion(Motion::Cycle(860))),
+    (890, Code::Motion(Motion::Cycle(890))),
+    (980, Code::Retract(Retract::Initial)),
+    (990, Code::Retract(Retract::Plane)),
+];
+/// Cycles that turn the spindle round.
+const TAPPING: &[(u16, Code)] = &[
+    (740, Code::Motion(Motion::Cycle(740))),
+    (840, Code::Motion(Motion::Cycle(840))),
+];
+/// Feeds per revolution, and speeds of the spindle.
+const SPINDLE: &[(u16, Code)] = &[
+    (950, Code::Feed(FeedMode::PerRevolution)),
+    (960, Code::Neutral(Group::Spindle)),
+    (970, Code::Neutral(Group::Spindle)),
+];
+const CUTTER: &[(u16, Code)] = &[(410, Code::Cutter(true)), (420, Code::Cutter(true))];
+/// G52, and what ends scaling, mirrors, polar coordinates, modal macros and rotations, none of which may have begun.
+const LOCAL: &[(u16, Code)] = &[
+    (520, Code::Local),
+    (150, Code::Neutral(Group::Turn)),
+    (500, Code::Neutral(Group::Turn)),
+    (501, Code::Neutral(Group::Turn)),
+    (670, Code::Neutral(Group::Turn)),
+    (690, Code::Neutral(Group::Turn)),
+];
+/// M5 and M9 that wait for the end of the motion.
+const WAITING: &[(u16, Machine)] = &[(50, Machine::After), (90, Machine::After)];
+/// TRAORI and TRAFOOF.
+const NAMED_TIP: &[(u16, Machine)] = &[(4289, Machine::Tip(true)), (4299, Machine::Tip(false))];
+/// What a word (in tenths) means by the lists of a dialect.
+fn own<T: Copy>(lists: &[&[(u16, T)]], tenths: u16) -> Option<T> {
+    let mut words = lists.iter().copied().flatten();
+    let found = words.find(|(own, _)| *own == tenths);
     found.map(|(_, meaning)| *meaning)
 }
 
@@ -224,19 +285,24 @@ impl Dialect {
     /// What a word G (in tenths) asks for; `None` if it is not known or not built.
     #[must_use]
     pub fn g(self, tenths: u16) -> Option<Code> {
-        let own = || own(self.table().g, tenths);
+        let table = self.table();
+        let is_path = || table.path.contains(&tenths);
+        let own =
+            || own(table.g, tenths).or_else(|| is_path().then_some(Code::Neutral(Group::Path)));
         let everywhere = codes::g(tenths);
         // G58 and G59 of a Sinumerik move coordinates by the words of their line.
-        let has_system =
-            |code: &Code| !(self.table().has_names && matches!(code, Code::System(5 | 6)));
+        let has_system = |code: &Code| !(table.has_names && matches!(code, Code::System(5 | 6)));
         everywhere.filter(has_system).or_else(own)
     }
 
     /// What a word M (in tenths) asks for; `None` if it is not known.
     #[must_use]
     pub fn m(self, tenths: u16) -> Option<Machine> {
-        let own = || own(self.table().m, tenths);
-        codes::m(tenths).or_else(own)
+        let table = self.table();
+        let is_neutral = || table.neutral.contains(&tenths);
+        codes::m(tenths)
+            .or_else(|| own(table.m, tenths))
+            .or_else(|| is_neutral().then_some(Machine::Neutral))
     }
 
     /// The length (mm, degrees) that a feed per minute counts, of a straight move by so much on each axis.
@@ -281,12 +347,18 @@ mod tests {
             Dialect::Siemens,
         ] {
             let table = dialect.table();
-            for (k, (tenths, code)) in table.g.iter().enumerate() {
-                assert!(table.g[..k].iter().all(|(other, _)| other != tenths));
+            let path = table.path.iter();
+            let path = path.map(|tenths| (*tenths, Code::Neutral(Group::Path)));
+            let g: Vec<(u16, Code)> = table.g.concat().into_iter().chain(path).collect();
+            for (k, (tenths, code)) in g.iter().enumerate() {
+                assert!(g[..k].iter().all(|(other, _)| other != tenths));
                 assert_eq!(dialect.g(*tenths), Some(*code));
             }
-            for (k, (tenths, machine)) in table.m.iter().enumerate() {
-                assert!(table.m[..k].iter().all(|(other, _)| other != tenths));
+            let neutral = table.neutral.iter();
+            let neutral = neutral.map(|tenths| (*tenths, Machine::Neutral));
+            let m: Vec<(u16, Machine)> = table.m.concat().into_iter().chain(neutral).collect();
+            for (k, (tenths, machine)) in m.iter().enumerate() {
+                assert!(m[..k].iter().all(|(other, _)| other != tenths));
                 assert_eq!(dialect.m(*tenths), Some(*machine));
             }
         }

@@ -5,8 +5,8 @@ use std::ops::Range;
 /// Something in a line that cannot be corrected.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// Bytes of the line.
-    pub span: Range<usize>,
+    /// Bytes of the line; `None`: the words of its motion.
+    pub span: Option<Range<usize>>,
     /// Which kind, for programs and tests.
     pub kind: Kind,
     /// What is wrong.
@@ -39,21 +39,19 @@ impl Fault {
     /// Of the kind [`Kind::Other`].
     pub fn new(span: Range<usize>, cause: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
-            span,
+            span: Some(span),
             kind: Kind::Other,
             cause: cause.into(),
             remedy: remedy.into(),
         }
     }
 
-    /// A place of the tip that no axis positions lead to.
-    #[must_use]
-    pub(crate) fn no_pose(span: Range<usize>) -> Self {
-        Self::new(
-            span,
-            "no axis positions put the tip there",
-            "check the place of the part, the tool length and the machine file",
-        )
+    /// Of the motion of a line.
+    pub(crate) fn of_motion(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            span: None,
+            ..Self::new(0..0, cause, remedy)
+        }
     }
 
     /// Of another kind.
@@ -90,7 +88,7 @@ impl Refusal {
     /// A fault in this line.
     #[must_use]
     pub fn at(fault: Fault, line: u64, text: &[u8]) -> Self {
-        let Range { start, end } = fault.span;
+        let Range { start, end } = fault.span.unwrap_or_default();
         let part = text.get(start..end.min(text.len())).unwrap_or_default();
         let mut word: String = String::from_utf8_lossy(part).trim().to_owned();
         if word.chars().count() > 40 {

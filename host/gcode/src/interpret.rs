@@ -139,7 +139,7 @@ fn is_skipped(block: &Block, rules: &Rules) -> Result<bool, Fault> {
 
 /// A word that cannot be done, or not yet.
 fn unknown(word: &Word, text: &str, remedy: &str) -> Fault {
-    Fault::new(word.span(), text, remedy).kind(Kind::Word)
+    word.fault(text, remedy).kind(Kind::Word)
 }
 
 /// Bits that are set, as numbers.
@@ -157,11 +157,7 @@ fn whole(word: &Word) -> Result<u32, Fault> {
     if word.value >= 0.0 && word.value.fract() == 0.0 && word.value < 1e8 {
         return Ok(word.value as u32);
     }
-    Err(Fault::new(
-        word.span(),
-        "no whole number",
-        "write one that is not negative",
-    ))
+    Err(word.fault("no whole number", "write one that is not negative"))
 }
 
 /// True if nothing in the line moves anything or changes a mode.

@@ -7,20 +7,20 @@
 
 #![forbid(unsafe_code)]
 
-pub mod arc;
+mod arc;
 pub mod axes;
 mod bend;
 pub mod check;
 mod codes;
-pub mod correct;
+mod correct;
 mod cut;
 pub mod cycle;
-pub mod dialect;
+mod dialect;
 mod edit;
-pub mod extruder;
+mod extruder;
 pub mod fault;
-pub mod interpret;
-pub mod job;
+mod interpret;
+mod job;
 mod limits;
 pub mod line_map;
 pub mod modal;
@@ -28,10 +28,10 @@ pub mod moves;
 mod number;
 pub mod offsets;
 pub mod program;
-pub mod rate;
-pub mod report;
+mod rate;
+mod report;
 pub mod setup;
-pub mod state;
+mod state;
 pub mod stream;
 pub mod subprograms;
 mod tables;

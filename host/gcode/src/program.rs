@@ -2,7 +2,7 @@
 
 use super::axes::{PerLetter, Position, is_rotary};
 use super::cycle::{Cycle, Part};
-use super::fault::{Fault, Refusal};
+use super::fault::Refusal;
 use super::interpret::Step;
 use super::modal::{Cutter, Units};
 use super::moves::{Move, Rate};
@@ -10,7 +10,7 @@ use super::state::{Rules, State};
 use super::stream::{Lines, StreamError};
 use super::tables::Tables;
 use super::tip::Tip;
-use super::trace::Path;
+use super::trace::{Lost, Path};
 use super::words::Block;
 use std::collections::VecDeque;
 use std::io::BufRead;
@@ -94,7 +94,7 @@ impl<'a, R: BufRead> Reading<'a, R> {
     ///
     /// # Errors
     /// What is refused in the program.
-    pub fn next_step(&mut self) -> Result<Option<Step>, StreamError> {
+    pub(crate) fn next_step(&mut self) -> Result<Option<Step>, StreamError> {
         let number = self.lines.number() + 1;
         let Some((line, _)) = self.lines.next_line()? else {
             return Ok(None);
@@ -122,8 +122,7 @@ impl<'a, R: BufRead> Reading<'a, R> {
                 true => Some(tip.world(&at, length)),
                 false => tip.axes(&at, length),
             };
-            self.state.position.at =
-                there.ok_or_else(|| Refusal::at(Fault::no_pose(0..line.len()), number, line))?;
+            self.state.position.at = there.ok_or_else(|| refused(Lost::NoPose.into()))?;
             self.state.tip = on;
         }
         Ok(Some(step))

@@ -204,10 +204,9 @@ impl Setup {
         let known = name.get_ref().parse().ok();
         let number = known.unwrap_or_else(|| number_of_name(name.get_ref()));
         if self.tools.contains_key(&number) {
-            return Err(FileError::at(
-                name.span(),
+            return Err(wrong(
+                name,
                 "this tool is there already",
-                "here",
                 "write it once, or give it another name: this one cannot be told from the other",
             ));
         }
@@ -253,10 +252,9 @@ fn travelled(letter: &str, sign: &Spanned<String>) -> Result<(usize, Travel), Fi
         _ => None,
     };
     axis_of(letter).zip(travel).ok_or_else(|| {
-        FileError::at(
-            sign.span(),
+        wrong(
+            sign,
             "no direction of travel of an axis",
-            "here",
             "write for example travel = { X = \"+\", Y = \"-\" }",
         )
     })
@@ -268,10 +266,9 @@ fn system(
     units: Units,
 ) -> Result<(Number, System), FileError> {
     let number = number_of(name.get_ref()).ok_or_else(|| {
-        FileError::at(
-            name.span(),
+        wrong(
+            name,
             format!("`{}` is not a work coordinate system", name.get_ref()),
-            "here",
             "write [offset.G54] to [offset.G59], [offset.\"G59.1\"] or [offset.\"G54.1 P1\"]",
         )
     })?;
@@ -291,10 +288,9 @@ fn home(name: &Spanned<String>) -> Result<usize, FileError> {
     match name.get_ref().as_str() {
         "G28" => Ok(0),
         "G30" => Ok(1),
-        _ => Err(FileError::at(
-            name.span(),
+        _ => Err(wrong(
+            name,
             "no place to go home to",
-            "here",
             "write [home.G28] or [home.G30]",
         )),
     }
@@ -324,20 +320,23 @@ fn mode<T: Copy>(
         .collect();
     match found {
         Some((_, mode)) => Ok(Some(*mode)),
-        None => Err(FileError::at(
-            word.span(),
+        None => Err(wrong(
+            &word,
             "no mode of this kind",
-            "here",
             format!("write {}", names.join(" or ")),
         )),
     }
 }
 
+/// What is wrong at a place of the file.
+fn wrong<T>(at: &Spanned<T>, cause: impl Into<String>, remedy: impl Into<String>) -> FileError {
+    FileError::at(at.span(), cause, "here", remedy)
+}
+
 fn no_axis(value: &Spanned<f64>) -> FileError {
-    FileError::at(
-        value.span(),
+    wrong(
+        value,
         "this key names no axis",
-        "here",
         "write X, Y, Z, A, B, C, U, V or W; of an offset also R, its rotation in degrees",
     )
 }
@@ -348,7 +347,7 @@ fn finite(value: &Spanned<f64>) -> Result<f64, FileError> {
         return Ok(number);
     }
     let cause = format!("not a finite number, or beyond {:.0e}", axes::LARGEST);
-    Err(FileError::at(value.span(), cause, "here", "write a number"))
+    Err(wrong(value, cause, "write a number"))
 }
 
 fn axis_of(letter: &str) -> Option<usize> {
@@ -381,22 +380,16 @@ fn units_of(name: &Spanned<String>) -> Result<Units, FileError> {
     match name.get_ref().as_str() {
         "mm" => Ok(Units::Millimetre),
         "inch" => Ok(Units::Inch),
-        _ => Err(FileError::at(
-            name.span(),
-            "no unit of length",
-            "here",
-            "write \"mm\" or \"inch\"",
-        )),
+        _ => Err(wrong(name, "no unit of length", "write \"mm\" or \"inch\"")),
     }
 }
 
 fn rotary_axis(letter: &Spanned<String>) -> Result<usize, FileError> {
     let axis = axis_of(letter.get_ref()).filter(|axis| axes::is_rotary(*axis));
     axis.ok_or_else(|| {
-        FileError::at(
-            letter.span(),
+        wrong(
+            letter,
             "no rotary axis",
-            "here",
             "write [axis.A], [axis.B] or [axis.C]",
         )
     })

@@ -25,6 +25,16 @@ pub enum StreamError {
 /// A line, and how it ends.
 pub type Line<'l> = (&'l [u8], &'l [u8]);
 
+/// A line without its end (LF, CR LF, or none), and the end.
+pub(crate) fn split_end(line: &[u8]) -> Line<'_> {
+    let end = match line {
+        [.., b'\r', b'\n'] => 2,
+        [.., b'\n'] => 1,
+        _ => 0,
+    };
+    line.split_at(line.len() - end)
+}
+
 /// The lines of a program, one after the other.
 #[derive(Debug)]
 pub struct Lines<R> {
@@ -75,12 +85,7 @@ impl<R: BufRead> Lines<R> {
             );
             return Err(Refusal::at(fault, self.number, &self.line).into());
         }
-        let end = match self.line.as_slice() {
-            [.., b'\r', b'\n'] => 2,
-            [.., b'\n'] => 1,
-            _ => 0,
-        };
-        Ok(Some(self.line.split_at(self.line.len() - end)))
+        Ok(Some(split_end(&self.line)))
     }
 }
 

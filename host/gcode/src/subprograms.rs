@@ -4,9 +4,12 @@
 //! The program that comes out has no calls. A line with a call becomes its other words and a comment; a line O of a
 //! subprogram becomes a comment. Subprograms that nothing calls stay where they are, behind the end.
 
+use super::check::CheckResult;
 use super::dialect::Dialect;
 use super::edit::Edits;
 use super::fault::{Fault, Kind, Refusal};
+use super::report::Report;
+use super::stream::split_end;
 use super::words::{Block, Word};
 use std::collections::BTreeMap;
 use std::io::{BufRead, Error};
@@ -36,6 +39,25 @@ impl Inlined {
         known.map_or(line, |line| u64::from(*line))
     }
 
+    /// What is refused, at the line of the file.
+    #[must_use]
+    pub fn refusal(&self, refusal: &Refusal) -> Refusal {
+        Refusal {
+            line: self.original(refusal.line),
+            ..refusal.clone()
+        }
+    }
+
+    /// Puts lines of the file in place of those of the program without calls.
+    pub fn relabel(&self, report: &mut Report, found: Option<&mut CheckResult>) {
+        let largest = report.largest.iter_mut().map(|(_, line)| line);
+        let written_out = report.written_out.iter_mut().map(|(line, _)| line);
+        let found = found.into_iter().flat_map(CheckResult::places);
+        for line in largest.chain(written_out).chain(found) {
+            *line = self.original(*line);
+        }
+    }
+
     /// How many lines it has.
     #[must_use]
     pub fn lines(&self) -> usize {
@@ -58,7 +80,7 @@ pub fn calls(mut reader: impl BufRead, dialect: Dialect) -> Result<bool, Error> 
         let may_call = pairs.any(|pair| matches!(pair, b"97" | b"98"))
             && line.iter().any(|b| matches!(b, b'M' | b'm'));
         if may_call {
-            let _ = block.scan(trimmed(&line).0, dialect);
+            let _ = block.scan(split_end(&line).0, dialect);
             if block.words.iter().any(|word| call_of(word).is_some()) {
                 return Ok(true);
             }
@@ -84,16 +106,6 @@ fn call_of(word: &Word) -> Option<Call> {
         (b'M', Some(990)) => Some(Call::Return),
         _ => None,
     }
-}
-
-/// A line without its end, and the end.
-fn trimmed(line: &[u8]) -> (&[u8], &[u8]) {
-    let end = match line {
-        [.., b'\r', b'\n'] => 2,
-        [.., b'\n'] => 1,
-        _ => 0,
-    };
-    line.split_at(line.len() - end)
 }
 
 /// Writes the calls of a program out.
@@ -145,7 +157,7 @@ impl<'t> Inliner<'t> {
         let (mut within, mut program) = (Vec::with_capacity(lines.len()), 0);
         let mut block = Block::default();
         for (at, line) in lines.iter().enumerate() {
-            let _ = block.scan(trimmed(line).0, dialect);
+            let _ = block.scan(split_end(line).0, dialect);
             if let Some(word) = block.word(b'O') {
                 programs.entry(word.value as u32).or_insert(at);
                 program += 1;
@@ -172,7 +184,7 @@ impl<'t> Inliner<'t> {
         let (mut block, mut begun) = (Block::default(), false);
         for at in start..self.lines.len() {
             self.used[at] |= depth > 0;
-            let (line, _) = trimmed(self.lines[at]);
+            let (line, _) = split_end(self.lines[at]);
             // What cannot be read is told where it is corrected.
             if block.scan(line, self.dialect).is_err() {
                 self.copy(at);
@@ -346,7 +358,7 @@ impl<'t> Inliner<'t> {
         remedy: &str,
     ) -> Refusal {
         let fault = Fault::new(span, cause, remedy).kind(Kind::Flow);
-        Refusal::at(fault, at as u64 + 1, trimmed(self.lines[at]).0)
+        Refusal::at(fault, at as u64 + 1, split_end(self.lines[at]).0)
     }
 
     /// A line as it is.
@@ -357,7 +369,7 @@ impl<'t> Inliner<'t> {
 
     /// A line without some of its words, which stand in a comment behind it.
     fn without(&mut self, at: usize, block: &Block, goes: impl Fn(&Word) -> bool) {
-        let (line, end) = trimmed(self.lines[at]);
+        let (line, end) = split_end(self.lines[at]);
         self.edits.clear();
         let mut gone = Vec::new();
         for word in block.words.iter().filter(|word| goes(word)) {

@@ -89,6 +89,8 @@ pub enum Lost {
     Beyond(usize, f64, [f64; 2]),
     /// No axis positions put the tip there.
     NoPose,
+    /// Tables depend on the direction in which an axis moved last, which is not known.
+    Direction(usize),
     /// The compensation depends on the tool length, which is not known.
     NoLength,
     /// A move that passes too many intervals of the tables, or turns too often.

@@ -71,6 +71,11 @@ impl Word {
         self.number..self.end - usize::from(self.distance.is_some())
     }
 
+    /// What is wrong with it.
+    pub(crate) fn fault(&self, cause: impl Into<String>, remedy: impl Into<String>) -> Fault {
+        Fault::new(self.span(), cause, remedy)
+    }
+
     /// Bytes.
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
@@ -146,22 +151,8 @@ fn transformation(line: &[u8]) -> Option<(&'static str, f64)> {
 }
 
 /// Words after an O-word that computes.
-const FLOW: [&str; 14] = [
-    "sub",
-    "endsub",
-    "call",
-    "return",
-    "if",
-    "elseif",
-    "else",
-    "endif",
-    "while",
-    "endwhile",
-    "do",
-    "repeat",
-    "endrepeat",
-    "break",
-];
+const FLOW: &str =
+    "sub endsub call return if elseif else endif while endwhile do repeat endrepeat break continue";
 
 /// True if what stands behind an O makes it a word of LinuxCNC's flow control, and not the number of a program.
 fn is_flow(rest: &[u8]) -> bool {
@@ -172,10 +163,8 @@ fn is_flow(rest: &[u8]) -> bool {
         .take_while(|b| b.is_ascii_alphabetic())
         .map(u8::to_ascii_lowercase)
         .collect();
-    let is_keyword = |word: &str| after == word.as_bytes();
     matches!(begins, Some(b'<' | b'[' | b'#'))
-        || after == b"continue"
-        || FLOW.iter().any(|word| is_keyword(word))
+        || FLOW.split(' ').any(|word| after == word.as_bytes())
 }
 
 /// True for a line that asks Grbl for something, and changes nothing.
@@ -233,6 +222,21 @@ impl Block {
         }
     }
 
+    /// The first word of an axis.
+    pub(crate) fn first_axis(&self) -> Option<&Word> {
+        self.words.iter().find(|w| axes::index(w.letter).is_some())
+    }
+
+    /// The bytes of the first word of an axis, or of the line.
+    pub(crate) fn axis_span(&self) -> std::ops::Range<usize> {
+        self.first_axis().map_or(0..self.end, Word::span)
+    }
+
+    /// What is wrong with the motion of the line.
+    pub(crate) fn fault(&self, cause: impl Into<String>, remedy: impl Into<String>) -> Fault {
+        Fault::new(self.axis_span(), cause, remedy)
+    }
+
     /// Adds a word.
     pub(super) fn push(&mut self, word: Word) {
         self.words.push(word);
@@ -249,24 +253,20 @@ impl Block {
     /// # Errors
     /// What cannot be read.
     pub fn scan(&mut self, line: &[u8], dialect: Dialect) -> Result<(), Fault> {
-        self.words.clear();
-        self.by = [0; 26];
-        (self.deleted, self.percent, self.marked) = (false, false, false);
-        (self.has_codes, self.has_text) = (false, false);
-        self.command = None;
-        self.end = 0;
+        let mut words = std::mem::take(&mut self.words);
+        words.clear();
+        *self = Self {
+            words,
+            ..Self::default()
+        };
         let done = self.scan_words(line, dialect);
         // Of all that may be wrong line ends are told first; a comment would hide all lines behind them.
         if (done.is_err() || self.has_text)
             && let Some(at) = line.iter().position(|b| matches!(b, b'\r' | 0))
         {
             // A byte order mark says more than the NUL behind it.
-            let at = if matches!(line[0], 0xFE | 0xFF) {
-                0
-            } else {
-                at
-            };
-            return Err(strange(line, at));
+            let is_marked = matches!(line[0], 0xFE | 0xFF);
+            return Err(strange(line, if is_marked { 0 } else { at }));
         }
         if done.is_err()
             && let Some(at) = nested(line)
@@ -403,34 +403,25 @@ impl Block {
         let (letter, end) = (word.letter, word.end);
         // Numbers of lines tell nothing.
         if letter != b'N' && !axes::can_be(word.value) {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 format!("a number beyond {:.0e}", axes::LARGEST),
                 "write a position within reach: so large a number has no digits for µm",
             ));
         }
         if self.words.len() == MOST {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 format!("more than {MOST} words in a line"),
                 "write several lines",
             ));
         }
-        self.words.push(word);
-        self.end = end;
-        if letter == b'G' || letter == b'M' {
-            self.has_codes = true;
-        } else {
-            let by = &mut self.by[usize::from(letter - b'A')];
-            if *by != 0 {
-                return Err(Fault::new(
-                    word.span(),
-                    format!("a second word {} in the line", char::from(letter)),
-                    "write one, or two lines",
-                ));
-            }
-            *by = self.words.len() as u8;
+        if self.by[usize::from(letter - b'A')] != 0 {
+            let letter = char::from(letter);
+            return Err(word.fault(
+                format!("a second word {letter} in the line"),
+                "write one, or two lines",
+            ));
         }
+        self.push(word);
         Ok(end)
     }
 }

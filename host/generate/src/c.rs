@@ -3,8 +3,8 @@
 //! The name of the function that is linked contains the shape of its arguments. The header defines the name that users
 //! call, so code that was compiled for another shape does not link.
 
-use crate::program::{Local, Program, Samples, Statement, Value};
-use crate::text::{Syntax, checks, helpers, rows};
+use crate::program::{Program, Samples, Statement};
+use crate::text::{Syntax, checks, helpers, lines_of_bytes, rows};
 use crate::{ForServo, Head};
 
 /// The code; `header` is the name of the file of the header.
@@ -59,18 +59,7 @@ pub fn header(program: &Program, head: &Head<'_>) -> String {
     );
     text += "\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n";
     text += &format!("{};\n\n", signature(program, &symbol(program, head)));
-    text += "/* The corrections to add to the commanded positions, in mm and degrees.\n";
-    text += &format!(" * inputs: {}.\n", head.inputs());
-    if program.is_directional {
-        text += " * travel: the direction in which each axis last moved: 1, -1, or 0 if unknown.\n";
-    }
-    if program.weights > 0 {
-        text += " * weights: of the adjustable terms, in their order.\n";
-    }
-    text += &format!(
-        " * corrections: in the order of the axes: {}. */\n",
-        head.letters()
-    );
+    text += &comment(program, head);
     let mut arguments = vec!["inputs"];
     arguments.extend(program.is_directional.then_some("travel"));
     arguments.extend((program.weights > 0).then_some("weights"));
@@ -92,6 +81,21 @@ pub fn header(program: &Program, head: &Head<'_>) -> String {
     }
     text += &format!("\n#ifdef __cplusplus\n}}\n#endif\n\n#endif /* {macros}_H */\n");
     text
+}
+
+/// The comment above the function.
+fn comment(program: &Program, head: &Head<'_>) -> String {
+    let mut text =
+        "/* The corrections to add to the commanded positions, in mm and degrees.\n".to_owned();
+    text += &format!(" * inputs: {}.\n", head.inputs());
+    if program.is_directional {
+        text += " * travel: the direction in which each axis last moved: 1, -1, or 0 if unknown.\n";
+    }
+    if program.weights > 0 {
+        text += " * weights: of the adjustable terms, in their order.\n";
+    }
+    let letters = head.letters();
+    text + &format!(" * corrections: in the order of the axes: {letters}. */\n")
 }
 
 /// The name that is linked: with the numbers of inputs, directions, weights and corrections.
@@ -119,18 +123,17 @@ fn named(program: &Program, function: &str) -> Program {
 /// The function that tells whether the code was compiled as it stands.
 fn check(program: &Program, head: &Head<'_>) -> String {
     let function = head.function;
-    let (inputs, axes, weights) = (program.inputs, program.axes, program.weights);
-    let mut members = format!("    float inputs[{inputs}];\n");
-    let mut arguments = "checks[k].inputs".to_owned();
+    let axes = program.axes;
+    let mut members = format!("    float inputs[{}];\n", program.inputs);
+    let mut arguments = format!("{function}_checks[k].inputs");
     if program.is_directional {
         members += &format!("    int8_t travel[{axes}];\n");
-        arguments += ", checks[k].travel";
+        arguments += &format!(", {function}_checks[k].travel");
     }
-    if weights > 0 {
-        members += &format!("    float weights[{weights}];\n");
-        arguments += ", checks[k].weights";
+    if program.weights > 0 {
+        members += &format!("    float weights[{}];\n", program.weights);
+        arguments += &format!(", {function}_checks[k].weights");
     }
-    let arguments = arguments.replace("checks", &format!("{function}_checks"));
     format!(
         "
 /* At these inputs, operations that are fused with others or done in another order change a bit. */
@@ -177,11 +180,35 @@ fn capacities(program: &Program) -> String {
 /// What `trueaxis_tables_load_generated` takes.
 fn for_servo(program: &Program, head: &Head<'_>, servo: &ForServo) -> String {
     let function = head.function;
-    let bytes: Vec<String> = servo.facts.iter().map(u8::to_string).collect();
-    let lines: Vec<String> = bytes
-        .chunks(24)
-        .map(|line| format!("    {},\n", line.join(", ")))
-        .collect();
+    format!(
+        "
+/* Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code. */
+static const union {{
+    uint8_t bytes[{length}];
+    uint32_t aligned;
+}} {function}_facts = {{{{
+{facts}}}}};
+
+static void {function}_for_servo(const float *positions, const float *auxiliaries, const int8_t *travel,
+                               const float *weights, float *corrections)
+{{
+{call}}}
+
+const trueaxis_generated {function}_generated = {{
+    {function}_facts.bytes, sizeof {function}_facts.bytes, &{function}_for_servo, &{function}_check,
+    {source}U, {checksum:#010X}U
+}};
+",
+        length = servo.facts.len(),
+        facts = lines_of_bytes(&servo.facts),
+        call = call(program, function),
+        source = head.length,
+        checksum = head.checksum,
+    )
+}
+
+/// The call of a function with what a servo has.
+fn call(program: &Program, function: &str) -> String {
     // Without auxiliaries the positions are the inputs.
     let mut copies = String::new();
     let mut arguments = vec!["positions"];
@@ -211,32 +238,7 @@ fn for_servo(program: &Program, head: &Head<'_>, servo: &ForServo) -> String {
     for name in unused {
         copies += &format!("    (void){name};\n");
     }
-    format!(
-        "
-/* Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code. */
-static const union {{
-    uint8_t bytes[{length}];
-    uint32_t aligned;
-}} {function}_facts = {{{{
-{facts}}}}};
-
-static void {function}_for_servo(const float *positions, const float *auxiliaries, const int8_t *travel,
-                               const float *weights, float *corrections)
-{{
-{copies}    {function}({arguments});
-}}
-
-const trueaxis_generated {function}_generated = {{
-    {function}_facts.bytes, sizeof {function}_facts.bytes, &{function}_for_servo, &{function}_check,
-    {source}U, {checksum:#010X}U
-}};
-",
-        length = bytes.len(),
-        facts = lines.concat(),
-        arguments = arguments.join(", "),
-        source = head.length,
-        checksum = head.checksum,
-    )
+    format!("{copies}    {function}({});\n", arguments.join(", "))
 }
 
 fn signature(program: &Program, name: &str) -> String {
@@ -253,60 +255,48 @@ fn signature(program: &Program, name: &str) -> String {
 
 fn body(program: &Program, head: &Head<'_>) -> String {
     let mut text = format!("\n{}\n{{\n", signature(program, &symbol(program, head)));
-    for statement in &program.statements {
-        let line = match statement {
-            Statement::Comment(comment) => format!("/* {comment} */"),
-            Statement::Let(local, value) => {
-                format!(
-                    "const float {} = {};",
-                    program.name(*local),
-                    C.show(program, value)
-                )
-            }
-            Statement::Held {
-                index,
-                fraction,
-                steps,
-                intervals,
-            } => interval(program, "held", [*index, *fraction], steps, *intervals),
-            Statement::Circular {
-                index,
-                fraction,
-                steps,
-                points,
-            } => interval(program, "circular", [*index, *fraction], steps, *points),
-            Statement::Next {
-                index,
-                of,
-                last,
-                wraps,
-            } => {
-                let (index, of) = (program.name(*index), program.name(*of));
-                let beyond = if *wraps { 0 } else { *last };
-                format!("const uint32_t {index} = ({of} < {last}U) ? ({of} + 1U) : {beyond}U;")
-            }
-            Statement::Correction(axis, value) => {
-                format!("corrections[{axis}] = {};", C.show(program, value))
-            }
-        };
-        text += &format!("    {line}\n");
+    for one in &program.statements {
+        text += &format!("    {}\n", statement(program, one));
     }
     text += "}\n";
     text
 }
 
-fn interval(
-    program: &Program,
-    function: &str,
-    [index, fraction]: [Local; 2],
-    steps: &Value,
-    count: u32,
-) -> String {
-    let (index, fraction) = (program.name(index), program.name(fraction));
-    format!(
-        "uint32_t {index};\n    const float {fraction} = trueaxis_{function}({}, {count}U, &{index});",
-        C.show(program, steps)
-    )
+fn statement(program: &Program, statement: &Statement) -> String {
+    match statement {
+        Statement::Comment(comment) => format!("/* {comment} */"),
+        Statement::Let(local, value) => {
+            let value = C.show(program, value);
+            format!("const float {} = {value};", program.name(*local))
+        }
+        Statement::Interval {
+            index,
+            fraction,
+            steps,
+            count,
+            is_circular,
+        } => {
+            let (index, fraction) = (program.name(*index), program.name(*fraction));
+            let function = if *is_circular { "circular" } else { "held" };
+            format!(
+                "uint32_t {index};\n    const float {fraction} = trueaxis_{function}({}, {count}U, &{index});",
+                C.show(program, steps)
+            )
+        }
+        Statement::Next {
+            index,
+            of,
+            last,
+            wraps,
+        } => {
+            let (index, of) = (program.name(*index), program.name(*of));
+            let beyond = if *wraps { 0 } else { *last };
+            format!("const uint32_t {index} = ({of} < {last}U) ? ({of} + 1U) : {beyond}U;")
+        }
+        Statement::Correction(axis, value) => {
+            format!("corrections[{axis}] = {};", C.show(program, value))
+        }
+    }
 }
 
 const C: Syntax = Syntax {

@@ -113,8 +113,8 @@ pub fn draw(
 mod tests {
     use super::*;
     use crate::lower::lower;
+    use trueaxis_model::validate::Runtime;
     use trueaxis_tables::contents::contents;
-    use trueaxis_tables::validate::Runtime;
     use trueaxis_tests::golden;
 
     /// Each operation alone: compilers fuse or reorder many at once.

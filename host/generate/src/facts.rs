@@ -1,8 +1,8 @@
 //! What a servo has to know of a compensation beside its corrections, as a small compensation without samples.
 
 use trueaxis::{
-    AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, GridAxis, Interpolation, Largest,
-    SampleFormat, Term,
+    AlignedBlob, Bank, Draft, DraftBank, DraftGrid, EncodeError, Grid, GridAxis, Interpolation,
+    Largest, SampleFormat, Term,
 };
 
 /// A compensation with the same axes, auxiliaries, adjustable terms, directions and periods, whose corrections are 0.
@@ -12,73 +12,72 @@ pub fn facts(compensation: &Largest<'_>) -> Result<AlignedBlob, EncodeError> {
         .zip(banks)
         .flat_map(|(number, bank)| std::iter::repeat_n(number, usize::from(bank.tables)))
         .collect();
-    // Two points over the same period or range.
-    let step = |points: u32, step: f32, modulo: bool| match modulo {
-        true => points as f32 * step / 2.0,
-        false => (points - 1) as f32 * step,
-    };
+    let terms = compensation.terms().map(|term| {
+        let factors = term.factors.iter();
+        Term {
+            output: term.output,
+            weight: term.weight,
+            limits: term.limits,
+            factors: factors.map(|t| of_table[usize::from(*t)]).collect(),
+        }
+    });
     let draft = Draft {
         machine: compensation.machine().to_owned(),
         policy: compensation.policy(),
         axes: compensation.axes().to_vec(),
         auxiliaries: compensation.auxiliaries().to_vec(),
-        banks: banks
-            .iter()
-            .map(|bank| DraftBank {
-                input: bank.input,
-                start: bank.start,
-                step: match bank.modulo {
-                    true => step(bank.points, bank.step, true),
-                    false => bank.end() - bank.start,
-                },
-                modulo: bank.modulo,
-                direction: bank.direction,
-                interpolation: Interpolation::Linear,
-                format: SampleFormat::F32,
-                columns: vec![vec![0.0; 2]],
-            })
-            .collect(),
-        terms: compensation
-            .terms()
-            .map(|term| Term {
-                output: term.output,
-                weight: term.weight,
-                limits: term.limits,
-                factors: term
-                    .factors
-                    .iter()
-                    .map(|t| of_table[usize::from(*t)])
-                    .collect(),
-            })
-            .collect(),
-        grids: compensation
-            .grids()
-            .iter()
-            .map(|grid| {
-                let axes = grid.axes.iter().map(|axis| GridAxis {
-                    points: 2,
-                    step: step(axis.points, axis.step, axis.modulo),
-                    ..*axis
-                });
-                let axes: Vec<GridAxis> = axes.collect();
-                DraftGrid {
-                    values: vec![0.0; grid.outputs.len() << axes.len()],
-                    axes,
-                    outputs: grid.outputs.to_vec(),
-                    format: SampleFormat::F32,
-                }
-            })
-            .collect(),
+        banks: banks.iter().map(bank).collect(),
+        terms: terms.collect(),
+        grids: compensation.grids().iter().map(grid).collect(),
         notes: trueaxis::Notes::default(),
     };
     draft.encode()
+}
+
+/// A table of two zeros over the period or range of a bank.
+fn bank(bank: &Bank) -> DraftBank {
+    DraftBank {
+        input: bank.input,
+        start: bank.start,
+        step: match bank.modulo {
+            true => half_period(bank.points, bank.step),
+            false => bank.end() - bank.start,
+        },
+        modulo: bank.modulo,
+        direction: bank.direction,
+        interpolation: Interpolation::Linear,
+        format: SampleFormat::F32,
+        columns: vec![vec![0.0; 2]],
+    }
+}
+
+/// Zeros at two nodes over the period or range of each input of a grid.
+fn grid(grid: &Grid) -> DraftGrid {
+    let axes = grid.axes.iter().map(|axis| GridAxis {
+        points: 2,
+        step: match axis.modulo {
+            true => half_period(axis.points, axis.step),
+            false => (axis.points - 1) as f32 * axis.step,
+        },
+        ..*axis
+    });
+    DraftGrid {
+        values: vec![0.0; grid.outputs.len() << grid.axes.len()],
+        axes: axes.collect(),
+        outputs: grid.outputs.to_vec(),
+        format: SampleFormat::F32,
+    }
+}
+
+fn half_period(points: u32, step: f32) -> f32 {
+    points as f32 * step / 2.0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use trueaxis::Direction;
-    use trueaxis_tables::validate::Runtime;
+    use trueaxis_model::validate::Runtime;
     use trueaxis_tests::golden;
 
     #[test]

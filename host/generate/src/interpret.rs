@@ -1,6 +1,6 @@
 //! Computes the program from the same tree that is printed.
 
-use crate::program::{Local, Operation, Program, Statement, Value};
+use crate::program::{Array, Local, Operation, Program, Statement, Value};
 // `f32::mul_add` calls the C library, and that of Windows (MinGW) rounds twice.
 use libm::fmaf as fused;
 use trueaxis::Travel;
@@ -67,7 +67,7 @@ impl<'p> Machine<'p> {
                 Statement::Let(_, value) | Statement::Correction(_, value) => {
                     self.add_liberties(value, &mut all);
                 }
-                Statement::Held { steps, .. } | Statement::Circular { steps, .. } => {
+                Statement::Interval { steps, .. } => {
                     self.add_liberties(steps, &mut all);
                     if self.product(steps).is_some() {
                         all.push(Liberty::FusedFraction(steps));
@@ -189,29 +189,16 @@ impl<'p> Machine<'p> {
             match statement {
                 Statement::Comment(_) => {}
                 Statement::Let(local, value) => self.floats[local.0] = self.value(value, given),
-                Statement::Held {
+                Statement::Interval {
                     index,
                     fraction,
                     steps,
-                    intervals,
+                    count,
+                    is_circular,
                 } => {
-                    let number = self.value(steps, given);
-                    let end = *intervals as f32;
-                    let counted = if number > 0.0 { number } else { 0.0 };
-                    self.set(*index, *fraction, if counted < end { counted } else { end });
-                    self.fuse(*index, *fraction, steps, given);
-                }
-                Statement::Circular {
-                    index,
-                    fraction,
-                    steps,
-                    points,
-                } => {
-                    let number = self.value(steps, given);
-                    let counted = if number > 0.0 { number } else { 0.0 };
-                    let end = *points as f32;
-                    self.set(*index, *fraction, if counted < end { counted } else { 0.0 });
-                    self.fuse(*index, *fraction, steps, given);
+                    let end = *count as f32;
+                    let beyond = if *is_circular { 0.0 } else { end };
+                    self.count([*index, *fraction], steps, [end, beyond], given);
                 }
                 Statement::Next {
                     index,
@@ -231,9 +218,20 @@ impl<'p> Machine<'p> {
         }
     }
 
-    fn set(&mut self, index: Local, fraction: Local, steps: f32) {
-        self.indices[index.0] = steps as usize;
-        self.floats[fraction.0] = steps - (steps as usize) as f32;
+    /// Sets an index and a fraction to the steps from the first point: 0 before it, and `beyond` from the end on.
+    fn count(
+        &mut self,
+        [index, fraction]: [Local; 2],
+        steps: &Value,
+        [end, beyond]: [f32; 2],
+        given: &Given<'_>,
+    ) {
+        let number = self.value(steps, given);
+        let counted = if number > 0.0 { number } else { 0.0 };
+        let counted = if counted < end { counted } else { beyond };
+        self.indices[index.0] = counted as usize;
+        self.floats[fraction.0] = counted - (counted as usize) as f32;
+        self.fuse(index, fraction, steps, given);
     }
 
     /// Computes the fraction from the distance, if that is the liberty. Within a table only.
@@ -249,6 +247,16 @@ impl<'p> Machine<'p> {
         }
     }
 
+    /// The row of an array at indices with offsets.
+    fn row(&self, array: &Array, at: &[(Local, usize)]) -> usize {
+        let along = at.iter().zip(&array.points);
+        along.fold(0, |point, ((index, offset), points)| {
+            let index = self.indices[index.0] + offset;
+            assert!(index < *points, "{}: index {index} of {points}", array.name);
+            point * points + index
+        })
+    }
+
     fn value(&self, value: &Value, given: &Given<'_>) -> f32 {
         if let Some(result) = self.taken(value, given) {
             return result;
@@ -260,50 +268,43 @@ impl<'p> Machine<'p> {
             Value::Local(local) => self.floats[local.0],
             Value::Sample(array, at, column) => {
                 let array = &self.program.arrays[*array];
-                let along = at.iter().zip(&array.points);
-                let point = along.fold(0, |point, ((index, offset), points)| {
-                    let index = self.indices[index.0] + offset;
-                    assert!(index < *points, "{}: index {index} of {points}", array.name);
-                    point * points + index
-                });
-                array.samples.value(point * array.columns + column)
+                array
+                    .samples
+                    .value(self.row(array, at) * array.columns + column)
             }
             Value::Binary(operation, a, b) => {
-                let (a, b) = (self.value(a, given), self.value(b, given));
-                match operation {
-                    Operation::Add => a + b,
-                    Operation::Subtract => a - b,
-                    Operation::Multiply => a * b,
-                }
+                operation.of(self.value(a, given), self.value(b, given))
             }
             Value::Negated(value) => -self.value(value, given),
             Value::Reduced(distance, period, inverse) => {
-                const MOST: f32 = 4_194_304.0;
-                let d = self.value(distance, given);
-                let p = d * inverse;
-                let p = if p < MOST { p } else { MOST };
-                let p = if p > -MOST { p } else { -MOST };
-                match self.is_fused(value) {
-                    true => fused(-p.floor(), *period, d),
-                    false => d - p.floor() * period,
-                }
+                let distance = self.value(distance, given);
+                reduced(distance, *period, *inverse, self.is_fused(value))
             }
-            Value::Line(steps, [first, change, last]) => {
-                let steps = self.value(steps, given);
-                if (0.0..1.0).contains(&steps) {
-                    match self.is_fused(value) {
-                        true => fused(*change, steps, *first),
-                        false => first + change * steps,
-                    }
-                } else {
-                    if steps > 0.0 { *last } else { *first }
-                }
-            }
+            Value::Line(steps, [first, change, last]) => match self.value(steps, given) {
+                steps if (0.0..1.0).contains(&steps) => match self.is_fused(value) {
+                    true => fused(*change, steps, *first),
+                    false => first + change * steps,
+                },
+                steps if steps > 0.0 => *last,
+                _ => *first,
+            },
             Value::ByTravel(axis, positive, negative) => match given.travel[*axis] {
                 Travel::Positive => self.value(positive, given),
                 Travel::Negative => self.value(negative, given),
                 Travel::Unknown => 0.0,
             },
         }
+    }
+}
+
+/// The remainder of a distance by a period; with a fused multiplication and subtraction, as a compiler may do it.
+fn reduced(distance: f32, period: f32, inverse: f32, is_fused: bool) -> f32 {
+    const MOST: f32 = 4_194_304.0;
+    let p = distance * inverse;
+    let p = if p < MOST { p } else { MOST };
+    let p = if p > -MOST { p } else { -MOST };
+    match is_fused {
+        true => fused(-p.floor(), period, distance),
+        false => distance - p.floor() * period,
     }
 }

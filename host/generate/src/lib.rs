@@ -21,8 +21,9 @@ mod text;
 
 pub use proof::Differs;
 
-use trueaxis_tables::contents::contents;
-use trueaxis_tables::validate::Runtime;
+use trueaxis::Largest;
+use trueaxis_model::validate::Runtime;
+use trueaxis_tables::contents::{AuxiliaryEntry, contents};
 
 /// What the code is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,36 +153,18 @@ pub fn generate(
     let contents = contents(runtime);
     let program = lower::lower(compensation, &contents);
     proof::compare(&program, compensation, options.compared)?;
-    let auxiliaries = contents.auxiliaries.iter().map(|a| match a.kind {
-        "tool length" => format!("the tool length {} (mm)", a.name),
-        _ => {
-            let lag = a
-                .lag_s
-                .map_or(String::new(), |lag| format!(", after a lag of {lag:.0} s"));
-            format!(
-                "the temperature {} (K from its reference of {} °C{lag})",
-                a.name, a.reference
-            )
-        }
-    });
+    let servo = match options.servo {
+        true => Some(for_servo(compensation)?),
+        false => None,
+    };
     let checks = check::checks(&program, compensation);
     let head = Head {
         checks: &checks,
         axes: contents.axes.iter().map(|a| a.name).collect(),
-        auxiliaries: auxiliaries.collect(),
+        auxiliaries: contents.auxiliaries.iter().map(in_words).collect(),
         checksum,
         function: options.function,
-        servo: match options.servo {
-            true => Some(ForServo {
-                facts: facts::facts(compensation)?.to_vec(),
-                adjustable: compensation
-                    .terms()
-                    .enumerate()
-                    .filter_map(|(number, term)| term.limits.map(|_| number))
-                    .collect(),
-            }),
-            false => None,
-        },
+        servo,
         file: options.file,
         machine: contents.machine,
         policy: contents.stored.to_string(),
@@ -196,6 +179,25 @@ pub fn generate(
             file: c::print(&program, &head, options.header),
             header: Some(c::header(&program, &head)),
         },
+    })
+}
+
+fn in_words(auxiliary: &AuxiliaryEntry) -> String {
+    let (name, reference) = (&auxiliary.name, auxiliary.reference);
+    if auxiliary.kind == "tool length" {
+        return format!("the tool length {name} (mm)");
+    }
+    let lag = auxiliary.lag_s;
+    let lag = lag.map_or(String::new(), |lag| format!(", after a lag of {lag:.0} s"));
+    format!("the temperature {name} (K from its reference of {reference} °C{lag})")
+}
+
+fn for_servo(compensation: &Largest<'_>) -> Result<ForServo, trueaxis::EncodeError> {
+    let adjustable = compensation.terms().enumerate();
+    let adjustable = adjustable.filter_map(|(number, term)| term.limits.map(|_| number));
+    Ok(ForServo {
+        facts: facts::facts(compensation)?.to_vec(),
+        adjustable: adjustable.collect(),
     })
 }
 
@@ -326,8 +328,7 @@ mod tests {
                 program::Statement::Let(_, value) | program::Statement::Correction(_, value) => {
                     *value = program::Value::Negated(Box::new(value.clone()));
                 }
-                program::Statement::Held { intervals, .. } => *intervals -= 1,
-                program::Statement::Circular { points, .. } => *points -= 1,
+                program::Statement::Interval { count, .. } => *count -= 1,
                 // At the last point the fraction is 0: what follows it counts only where it wraps.
                 program::Statement::Next { wraps, .. } if *wraps => *wraps = false,
                 program::Statement::Next { last, .. } => *last -= 1,

@@ -87,22 +87,20 @@ impl Lowering<'_, '_> {
         let distance = Value::Input(usize::from(input.input)).subtract(Value::Number(input.start));
         let index = self.local(format!("i{name}"));
         let fraction = self.local(format!("f{name}"));
-        self.program.statements.push(if input.modulo {
-            let period = input.points as f32 * input.step;
-            let reduced = Value::Reduced(Box::new(distance), period, 1.0 / period);
-            Statement::Circular {
-                index,
-                fraction,
-                steps: reduced.multiply(Value::Number(inverse)),
-                points: input.points,
-            }
-        } else {
-            Statement::Held {
-                index,
-                fraction,
-                steps: distance.multiply(Value::Number(inverse)),
-                intervals,
-            }
+        let period = input.points as f32 * input.step;
+        let (distance, count) = match input.modulo {
+            true => (
+                Value::Reduced(Box::new(distance), period, 1.0 / period),
+                input.points,
+            ),
+            false => (distance, intervals),
+        };
+        self.program.statements.push(Statement::Interval {
+            index,
+            fraction,
+            steps: distance.multiply(Value::Number(inverse)),
+            count,
+            is_circular: input.modulo,
         });
         (index, Value::Local(fraction))
     }
@@ -115,23 +113,16 @@ impl Lowering<'_, '_> {
         if !used.iter().any(|table| all.contains(&usize::from(*table))) {
             return all.for_each(|_| self.table(bank, Value::Number(0.0)));
         }
-        let entry = &self.contents.bank_list[number];
-        let about = plain(&format!(
-            "{} of {}: {} points from {} to {}, {}",
-            names(first, columns),
-            entry.input,
-            entry.points,
-            entry.start,
-            entry.end,
-            entry.interpolation
-        ));
+        let about = self.bank_in_words(number, first, columns);
         self.say(about.clone());
         let reads = match bank.interpolation {
             Interpolation::Linear => 2,
             Interpolation::Cubic => 4,
         };
         let intervals = bank.points + 1 - reads;
-        let is_line = bank.points == 2 && !bank.modulo;
+        if bank.points == 2 && !bank.modulo {
+            return self.lines(number, bank);
+        }
         let input = GridAxis {
             input: bank.input,
             start: bank.start,
@@ -139,9 +130,6 @@ impl Lowering<'_, '_> {
             points: bank.points,
             modulo: bank.modulo,
         };
-        if is_line {
-            return self.lines(number, bank);
-        }
         let (index, t) = self.interval(&number.to_string(), &input, intervals);
         let array = self.bank_samples(number, bank, first, about);
         let weights = match bank.interpolation {
@@ -152,23 +140,24 @@ impl Lowering<'_, '_> {
             let sample = |row: usize| Value::Sample(array, vec![(index, row)], column);
             let between = match &weights {
                 None => mixed(sample(0), sample(1), t.clone()),
-                Some([w0, w2, w3]) => {
-                    let away = |row: usize, weight: &Value| {
-                        weight.clone().multiply(sample(row).subtract(sample(1)))
-                    };
-                    let parts = away(0, w0).add(away(2, w2)).add(away(3, w3));
-                    sample(1).add(parts)
-                }
+                Some(weights) => weighed(weights, sample),
             };
-            let value = match bank.format {
-                SampleFormat::F32 => between,
-                SampleFormat::I16 => {
-                    let scale = self.compensation.scale(first + column).unwrap_or_default();
-                    between.multiply(Value::Number(scale))
-                }
-            };
-            self.table(bank, value);
+            let scale = self.compensation.scale(first + column).unwrap_or_default();
+            self.table(bank, scaled(between, bank.format, scale));
         }
+    }
+
+    fn bank_in_words(&self, number: usize, first: usize, columns: usize) -> String {
+        let entry = &self.contents.bank_list[number];
+        plain(&format!(
+            "{} of {}: {} points from {} to {}, {}",
+            names(first, columns),
+            entry.input,
+            entry.points,
+            entry.start,
+            entry.end,
+            entry.interpolation
+        ))
     }
 
     /// The tables of a bank of two points: straight lines.
@@ -187,11 +176,7 @@ impl Lowering<'_, '_> {
                 }
             });
             let value = Value::Line(Box::new(steps.clone()), [first, last - first, last]);
-            let value = match bank.format {
-                SampleFormat::F32 => value,
-                SampleFormat::I16 => value.multiply(Value::Number(scale)),
-            };
-            self.table(bank, value);
+            self.table(bank, scaled(value, bank.format, scale));
         }
     }
 
@@ -263,24 +248,18 @@ impl Lowering<'_, '_> {
         let columns = usize::from(bank.tables);
         let values =
             (0..points + more).flat_map(|point| (0..columns).map(move |column| (point, column)));
-        let value = |(point, column): (usize, usize)| {
-            self.compensation
-                .sample(first + column, row(point))
-                .unwrap_or_default()
-        };
-        let scale = |column: usize| self.compensation.scale(first + column).unwrap_or_default();
-        let samples = match bank.format {
-            SampleFormat::F32 => Samples::Floats(values.map(value).collect()),
-            SampleFormat::I16 => {
-                Samples::Shorts(values.map(|at| stored(value(at), scale(at.1))).collect())
-            }
-        };
+        let values = values.map(|(point, column)| {
+            let table = first + column;
+            let value = self.compensation.sample(table, row(point));
+            let scale = self.compensation.scale(table);
+            (value.unwrap_or_default(), scale.unwrap_or_default())
+        });
         self.program.arrays.push(Array {
             name: format!("BANK_{number}"),
             about,
             points: vec![points + more],
             columns,
-            samples,
+            samples: samples(bank.format, values),
         });
         self.program.arrays.len() - 1
     }
@@ -325,52 +304,24 @@ impl Lowering<'_, '_> {
 
     /// Multilinear interpolation: a value for each of its outputs.
     fn grid(&mut self, number: usize, grid: &Grid, grids: &mut [Vec<Value>]) {
-        let entry = &self.contents.grid_list[number];
-        let outputs: Vec<String> = entry.outputs.iter().map(|o| format!("d{o}")).collect();
-        let inputs: Vec<&str> = entry.inputs.iter().map(|i| i.input.as_str()).collect();
-        let about = plain(&format!(
-            "G{number} of {} to {}",
-            inputs.join(", "),
-            outputs.join(", ")
-        ));
+        let about = self.grid_in_words(number);
         self.say(about.clone());
-        // Of each input: both indices, and the fraction.
-        let mut along = Vec::new();
-        for (k, axis) in grid.axes.iter().enumerate() {
-            let name = format!("g{number}_{k}");
-            let (index, fraction) = self.interval(&name, axis, axis.points - 1);
-            let next = self.local(format!("j{name}"));
-            self.program.statements.push(Statement::Next {
-                index: next,
-                of: index,
-                last: axis.points - 1,
-                wraps: axis.modulo,
-            });
-            along.push(([index, next], fraction));
-        }
+        let along = self.cell(number, grid);
         let columns = grid.outputs.len();
-        let nodes = grid.nodes() as usize;
-        let values = (0..nodes).flat_map(|node| (0..columns).map(move |column| (node, column)));
-        let value = |(node, column): (usize, usize)| {
-            self.compensation
-                .grid_sample(number, node, column)
-                .unwrap_or_default()
-        };
-        let samples = match grid.format {
-            SampleFormat::F32 => Samples::Floats(values.map(value).collect()),
-            SampleFormat::I16 => Samples::Shorts(
-                values
-                    .map(|at| stored(value(at), grid.scales[at.1]))
-                    .collect(),
-            ),
-        };
+        let scale = |column: usize| grid.scales.get(column).copied().unwrap_or_default();
+        let nodes = 0..grid.nodes() as usize;
+        let values = nodes.flat_map(|node| (0..columns).map(move |column| (node, column)));
+        let values = values.map(|(node, column)| {
+            let value = self.compensation.grid_sample(number, node, column);
+            (value.unwrap_or_default(), scale(column))
+        });
         let array = self.program.arrays.len();
         self.program.arrays.push(Array {
             name: format!("GRID_{number}"),
             about,
             points: grid.axes.iter().map(|axis| axis.points as usize).collect(),
             columns,
-            samples,
+            samples: samples(grid.format, values),
         });
         for (column, output) in grid.outputs.iter().enumerate() {
             let mut name = 0;
@@ -384,12 +335,35 @@ impl Lowering<'_, '_> {
                     this.bind(format!("g{number}_{column}_{name}"), value)
                 },
             );
-            let value = match grid.format {
-                SampleFormat::F32 => value,
-                SampleFormat::I16 => value.multiply(Value::Number(grid.scales[column])),
-            };
+            let value = scaled(value, grid.format, scale(column));
             grids[usize::from(*output)].push(value);
         }
+    }
+
+    fn grid_in_words(&self, number: usize) -> String {
+        let entry = &self.contents.grid_list[number];
+        let outputs: Vec<String> = entry.outputs.iter().map(|o| format!("d{o}")).collect();
+        let inputs: Vec<&str> = entry.inputs.iter().map(|i| i.input.as_str()).collect();
+        let (inputs, outputs) = (inputs.join(", "), outputs.join(", "));
+        plain(&format!("G{number} of {inputs} to {outputs}"))
+    }
+
+    /// The cell of a grid that the inputs are in: both indices along each input, and the fraction.
+    fn cell(&mut self, number: usize, grid: &Grid) -> Vec<([Local; 2], Value)> {
+        let axes = grid.axes.iter().enumerate();
+        axes.map(|(k, axis)| {
+            let name = format!("g{number}_{k}");
+            let (index, fraction) = self.interval(&name, axis, axis.points - 1);
+            let next = self.local(format!("j{name}"));
+            self.program.statements.push(Statement::Next {
+                index: next,
+                of: index,
+                last: axis.points - 1,
+                wraps: axis.modulo,
+            });
+            ([index, next], fraction)
+        })
+        .collect()
     }
 
     /// The interpolation along the inputs that are left; `at` are the indices along those before.
@@ -414,6 +388,32 @@ impl Lowering<'_, '_> {
         let b = side(next, self);
         mixed(a, b, fraction.clone())
     }
+}
+
+/// A value of stored samples in their unit.
+fn scaled(value: Value, format: SampleFormat, scale: f32) -> Value {
+    match format {
+        SampleFormat::F32 => value,
+        SampleFormat::I16 => value.multiply(Value::Number(scale)),
+    }
+}
+
+/// Values, each with its scale, as they are stored.
+fn samples(format: SampleFormat, values: impl Iterator<Item = (f32, f32)>) -> Samples {
+    match format {
+        SampleFormat::F32 => Samples::Floats(values.map(|(value, _)| value).collect()),
+        SampleFormat::I16 => Samples::Shorts(values.map(|(v, scale)| stored(v, scale)).collect()),
+    }
+}
+
+/// A cubic B-spline, from the weights of its first, third and fourth sample.
+fn weighed([w0, w2, w3]: &[Value; 3], sample: impl Fn(usize) -> Value) -> Value {
+    let away = |row: usize, weight: &Value| {
+        let difference = sample(row).subtract(sample(1));
+        weight.clone().multiply(difference)
+    };
+    let parts = away(0, w0).add(away(2, w2)).add(away(3, w3));
+    sample(1).add(parts)
 }
 
 /// The integer that was stored, from its product with the scale.

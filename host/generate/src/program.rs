@@ -46,6 +46,17 @@ pub enum Operation {
     Multiply,
 }
 
+impl Operation {
+    /// The result, rounded to binary32.
+    pub fn of(self, a: f32, b: f32) -> f32 {
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+        }
+    }
+}
+
 /// An f32.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
@@ -87,20 +98,14 @@ pub enum Statement {
     Comment(String),
     /// A new local.
     Let(Local, Value),
-    /// The interval of a distance in steps from the first point, and the fraction in it; held at both ends of so many
-    /// intervals.
-    Held {
+    /// The interval of a distance in steps from the first point, and the fraction in it: held at both ends of so many
+    /// intervals, or on a circle of so many points.
+    Interval {
         index: Local,
         fraction: Local,
         steps: Value,
-        intervals: u32,
-    },
-    /// Like `Held`, on a circle of so many points.
-    Circular {
-        index: Local,
-        fraction: Local,
-        steps: Value,
-        points: u32,
+        count: u32,
+        is_circular: bool,
     },
     /// The index after another one; after `last` comes 0 if it wraps, otherwise `last` again.
     Next {

@@ -25,6 +25,7 @@ pub struct Differs {
 
 /// Inputs that are worked on together.
 const BLOCK: usize = 4096;
+const TRAVELS: [Travel; 3] = [Travel::Unknown, Travel::Positive, Travel::Negative];
 
 /// Compares both at random inputs: within the ranges of tables, at their points and ends, and beyond.
 pub fn compare(program: &Program, compensation: &Largest<'_>, count: usize) -> Result<(), Differs> {
@@ -45,23 +46,17 @@ fn compare_block(
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut machine = Machine::new(program);
     let mut weights = compensation.weights();
-    let adjustable: Vec<(usize, [f32; 2])> = compensation
-        .terms()
-        .enumerate()
+    let adjustable = compensation.terms().enumerate();
+    let adjustable: Vec<(usize, [f32; 2])> = adjustable
         .filter_map(|(term, view)| Some((term, view.limits?)))
         .collect();
     let mut corrections = vec![0.0; program.axes];
     let mut inputs = Inputs::at([0.0; 16]);
     let mut travelling = Travelling([Travel::Unknown; 16]);
     for _ in 0..BLOCK {
-        let mut given = vec![0.0; program.inputs];
-        for (value, places) in given.iter_mut().zip(places) {
-            *value = input(&mut random, places);
-        }
-        for travel in &mut travelling.0 {
-            *travel =
-                [Travel::Unknown, Travel::Positive, Travel::Negative][random.random_range(0..3)];
-        }
+        let places = places.iter().take(program.inputs);
+        let given: Vec<f32> = places.map(|places| input(&mut random, places)).collect();
+        (travelling.0).fill_with(|| TRAVELS[random.random_range(0..3)]);
         for (term, [low, high]) in &adjustable {
             // Within the limits, so it is accepted.
             let _ = weights.set(*term, low + (high - low) * random.random::<f32>());
@@ -77,18 +72,24 @@ fn compare_block(
             weights: &values,
         };
         machine.run(&asked, &mut corrections);
-        for (axis, (code, file)) in corrections.iter().zip(file).enumerate() {
-            if code.to_bits() != file.to_bits() && (*code != 0.0 || file != 0.0) {
-                return Err(Differs {
-                    inputs: given,
-                    axis,
-                    code: *code,
-                    file,
-                });
-            }
-        }
+        equal(corrections.iter().copied().zip(file), given)?;
     }
     Ok(())
+}
+
+/// Compares corrections of the code and of the file at the same inputs.
+fn equal(both: impl Iterator<Item = (f32, f32)>, inputs: Vec<f32>) -> Result<(), Differs> {
+    let is_other =
+        |code: f32, file: f32| code.to_bits() != file.to_bits() && (code != 0.0 || file != 0.0);
+    match (both.enumerate()).find(|(_, (code, file))| is_other(*code, *file)) {
+        None => Ok(()),
+        Some((axis, (code, file))) => Err(Differs {
+            inputs,
+            axis,
+            code,
+            file,
+        }),
+    }
 }
 
 /// Start, step and number of points of what reads each input.

@@ -1,7 +1,7 @@
 //! The program as Rust.
 
 use crate::program::{Program, Samples, Statement};
-use crate::text::{Syntax, checks, helpers, rows};
+use crate::text::{Syntax, checks, helpers, lines_of_bytes, rows};
 use crate::{ForServo, Head};
 
 /// The whole file.
@@ -56,10 +56,7 @@ fn check(program: &Program, head: &Head<'_>) -> String {
         names.push("weights");
     }
     kinds.push(format!("[f32; {axes}]"));
-    let arguments: Vec<String> = names
-        .iter()
-        .map(|name| format!("black_box({name})"))
-        .collect();
+    let arguments: Vec<String> = names.iter().map(|n| format!("black_box({n})")).collect();
     format!(
         "
 /// Whether this build gives the bits of the compensation: false if operations were fused, reordered or rounded otherwise.
@@ -88,33 +85,9 @@ static CHECKS: [({kinds}); {count}] = [
 
 /// What `trueaxis::Generated` takes.
 fn for_servo(program: &Program, servo: &ForServo) -> String {
-    let list = |count: usize, each: &dyn Fn(usize) -> String| {
-        (0..count).map(each).collect::<Vec<_>>().join(", ")
-    };
-    let inputs = list(program.inputs, &|k| match k.checked_sub(program.axes) {
-        None => format!("inputs.axes[{k}]"),
-        Some(auxiliary) => format!("inputs.auxiliaries[{auxiliary}]"),
-    });
-    let mut arguments = format!("&[{inputs}]");
-    if program.is_directional {
-        let travel = list(program.axes, &|k| format!("sign(travel.0[{k}])"));
-        arguments += &format!(", &[{travel}]");
-    }
-    if program.weights > 0 {
-        let adjustable = servo.adjustable.iter();
-        let weights = adjustable.map(|term| format!("weights.get({term}).unwrap_or_default()"));
-        arguments += &format!(", &[{}]", weights.collect::<Vec<_>>().join(", "));
-    }
+    let arguments = arguments_for_servo(program, servo);
     let axes = program.axes;
-    let bytes: Vec<String> = servo.facts.iter().map(u8::to_string).collect();
-    let lines: Vec<String> = bytes
-        .chunks(24)
-        .map(|line| format!("    {},\n", line.join(", ")))
-        .collect();
-    let sign = match program.is_directional {
-        true => SIGN,
-        false => "",
-    };
+    let sign = if program.is_directional { SIGN } else { "" };
     format!(
         "
 /// Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code.
@@ -139,9 +112,31 @@ pub fn corrections<const N: usize>(
     corrections[..{axes}].copy_from_slice(&values);
 }}
 {sign}",
-        bytes.len(),
-        lines.concat()
+        servo.facts.len(),
+        lines_of_bytes(&servo.facts)
     )
+}
+
+/// What a servo passes to the code.
+fn arguments_for_servo(program: &Program, servo: &ForServo) -> String {
+    let list = |count: usize, each: &dyn Fn(usize) -> String| {
+        (0..count).map(each).collect::<Vec<_>>().join(", ")
+    };
+    let inputs = list(program.inputs, &|k| match k.checked_sub(program.axes) {
+        None => format!("inputs.axes[{k}]"),
+        Some(auxiliary) => format!("inputs.auxiliaries[{auxiliary}]"),
+    });
+    let mut arguments = format!("&[{inputs}]");
+    if program.is_directional {
+        let travel = list(program.axes, &|k| format!("sign(travel.0[{k}])"));
+        arguments += &format!(", &[{travel}]");
+    }
+    if program.weights > 0 {
+        let adjustable = servo.adjustable.iter();
+        let weights = adjustable.map(|term| format!("weights.get({term}).unwrap_or_default()"));
+        arguments += &format!(", &[{}]", weights.collect::<Vec<_>>().join(", "));
+    }
+    arguments
 }
 
 const SIGN: &str = "
@@ -181,59 +176,49 @@ fn body(program: &Program, head: &Head<'_>) -> String {
         program.axes
     );
     let mut corrections = Vec::new();
-    for statement in &program.statements {
-        let line = match statement {
-            Statement::Comment(comment) => format!("// {comment}"),
-            Statement::Let(local, value) => {
-                format!(
-                    "let {} = {};",
-                    program.name(*local),
-                    RUST.show(program, value)
-                )
-            }
-            Statement::Held {
-                index,
-                fraction,
-                steps,
-                intervals,
-            } => format!(
-                "let ({}, {}) = held({}, {intervals});",
-                program.name(*index),
-                program.name(*fraction),
-                RUST.show(program, steps)
-            ),
-            Statement::Circular {
-                index,
-                fraction,
-                steps,
-                points,
-            } => format!(
-                "let ({}, {}) = circular({}, {points});",
-                program.name(*index),
-                program.name(*fraction),
-                RUST.show(program, steps)
-            ),
-            Statement::Next {
-                index,
-                of,
-                last,
-                wraps,
-            } => {
-                let (index, of) = (program.name(*index), program.name(*of));
-                let beyond = if *wraps { 0 } else { *last };
-                format!("let {index} = if {of} < {last} {{ {of} + 1 }} else {{ {beyond} }};")
-            }
-            Statement::Correction(axis, value) => {
-                let local = format!("d{axis}");
-                let line = format!("let {local} = {};", RUST.show(program, value));
-                corrections.push(local);
-                line
-            }
-        };
-        text += &format!("    {line}\n");
+    for one in &program.statements {
+        text += &format!("    {}\n", statement(program, one));
+        if let Statement::Correction(axis, _) = one {
+            corrections.push(format!("d{axis}"));
+        }
     }
     text += &format!("    [{}]\n}}\n", corrections.join(", "));
     text
+}
+
+fn statement(program: &Program, statement: &Statement) -> String {
+    match statement {
+        Statement::Comment(comment) => format!("// {comment}"),
+        Statement::Let(local, value) => {
+            let value = RUST.show(program, value);
+            format!("let {} = {value};", program.name(*local))
+        }
+        Statement::Interval {
+            index,
+            fraction,
+            steps,
+            count,
+            is_circular,
+        } => {
+            let (index, fraction) = (program.name(*index), program.name(*fraction));
+            let function = if *is_circular { "circular" } else { "held" };
+            let steps = RUST.show(program, steps);
+            format!("let ({index}, {fraction}) = {function}({steps}, {count});")
+        }
+        Statement::Next {
+            index,
+            of,
+            last,
+            wraps,
+        } => {
+            let (index, of) = (program.name(*index), program.name(*of));
+            let beyond = if *wraps { 0 } else { *last };
+            format!("let {index} = if {of} < {last} {{ {of} + 1 }} else {{ {beyond} }};")
+        }
+        Statement::Correction(axis, value) => {
+            format!("let d{axis} = {};", RUST.show(program, value))
+        }
+    }
 }
 
 const RUST: Syntax = Syntax {

@@ -26,7 +26,7 @@ impl Syntax {
 
     /// An expression; in brackets if it is an operation, or negative, within another operation.
     fn nested(&self, program: &Program, value: &Value, is_inner: bool) -> String {
-        let show = |value: &Value| self.show(program, value);
+        let (show, helper) = (|value: &Value| self.show(program, value), self.helper);
         let number = |value: f32| number(value) + self.float;
         match value {
             Value::Input(k) => format!("inputs[{k}]"),
@@ -37,74 +37,75 @@ impl Syntax {
             },
             Value::Local(local) => program.name(*local).to_owned(),
             Value::Sample(array, at, column) => {
-                let array = &program.arrays[*array];
-                let mut sample = array.name.clone();
-                for (index, offset) in at {
+                let at = at.iter().map(|(index, offset)| {
                     let index = program.name(*index);
-                    sample += &match offset {
+                    match offset {
                         0 => format!("[{index}]"),
                         _ => format!("[{index} + {offset}{}]", self.integer),
-                    };
-                }
-                sample += &format!("[{column}]");
-                match array.samples {
-                    Samples::Floats(_) => sample,
-                    Samples::Shorts(_) => self.short[0].to_owned() + &sample + self.short[1],
-                }
+                    }
+                });
+                self.sample(&program.arrays[*array], &at.collect::<String>(), *column)
             }
             Value::Binary(operation, a, b) => {
-                let sign = match operation {
-                    Operation::Add => '+',
-                    Operation::Subtract => '-',
-                    Operation::Multiply => '*',
-                };
-                let is_product = *operation == Operation::Multiply;
-                // Operations of one rank are done from left to right, and products before sums.
-                let has_brackets = |value: &Value, is_right: bool| match value {
-                    Value::Binary(inner, ..) => {
-                        let is_same = (*inner == Operation::Multiply) == is_product;
-                        match is_same {
-                            true => is_right,
-                            false => is_product || self.has_every_bracket,
-                        }
-                    }
-                    _ => true,
-                };
-                let left = self.nested(program, a, has_brackets(a, false));
-                let right = self.nested(program, b, has_brackets(b, true));
-                match is_inner {
-                    true => format!("({left} {sign} {right})"),
-                    false => format!("{left} {sign} {right}"),
-                }
+                let text = self.binary(program, *operation, [a, b]);
+                if is_inner { format!("({text})") } else { text }
             }
             Value::Negated(value) => format!("-{}", self.nested(program, value, true)),
-            Value::Reduced(value, period, inverse) => format!(
-                "{}reduced({}, {}, {})",
-                self.helper,
-                show(value),
-                number(*period),
-                number(*inverse)
-            ),
+            Value::Reduced(value, period, inverse) => {
+                let [period, inverse] = [*period, *inverse].map(number);
+                format!("{helper}reduced({}, {period}, {inverse})", show(value))
+            }
             Value::Line(steps, values) => {
                 let values = values.map(number).join(", ");
-                format!("{}line({}, {values})", self.helper, show(steps))
+                format!("{helper}line({}, {values})", show(steps))
             }
-            Value::ByTravel(axis, positive, negative) => format!(
-                "{}by_travel(travel[{axis}], {}, {})",
-                self.helper,
-                show(positive),
-                show(negative)
-            ),
+            Value::ByTravel(axis, positive, negative) => {
+                let [positive, negative] = [positive, negative].map(|value| show(value));
+                format!("{helper}by_travel(travel[{axis}], {positive}, {negative})")
+            }
         }
+    }
+
+    /// A sample as a float; `at` is the index of its row, in brackets.
+    fn sample(&self, array: &Array, at: &str, column: usize) -> String {
+        let sample = format!("{}{at}[{column}]", array.name);
+        match array.samples {
+            Samples::Floats(_) => sample,
+            Samples::Shorts(_) => self.short[0].to_owned() + &sample + self.short[1],
+        }
+    }
+
+    /// An operation without brackets around it.
+    fn binary(&self, program: &Program, operation: Operation, [a, b]: [&Value; 2]) -> String {
+        let sign = match operation {
+            Operation::Add => '+',
+            Operation::Subtract => '-',
+            Operation::Multiply => '*',
+        };
+        let is_product = operation == Operation::Multiply;
+        // Operations of one rank are done from left to right, and products before sums.
+        let has_brackets = |value: &Value, is_right: bool| match value {
+            Value::Binary(inner, ..) => match (*inner == Operation::Multiply) == is_product {
+                true => is_right,
+                false => is_product || self.has_every_bracket,
+            },
+            _ => true,
+        };
+        let left = self.nested(program, a, has_brackets(a, false));
+        let right = self.nested(program, b, has_brackets(b, true));
+        format!("{left} {sign} {right}")
     }
 }
 
 /// Those functions that a program calls: for intervals that are held, circular ones, lines, and directions of travel.
 pub fn helpers(program: &Program, [held, circular, line, by_travel]: [&str; 4]) -> String {
-    let any = |is: fn(&Statement) -> bool| program.statements.iter().any(is);
+    let any = |is: bool| {
+        let mut all = program.statements.iter();
+        all.any(|s| matches!(s, Statement::Interval { is_circular, .. } if *is_circular == is))
+    };
     let used = [
-        (any(|s| matches!(s, Statement::Held { .. })), held),
-        (any(|s| matches!(s, Statement::Circular { .. })), circular),
+        (any(false), held),
+        (any(true), circular),
         (program.has_lines, line),
         (program.is_directional, by_travel),
     ];
@@ -156,6 +157,15 @@ pub fn checks(
         format!("    {}{}{},\n", outer[0], parts.join(", "), outer[1])
     };
     checks.iter().map(line).collect()
+}
+
+/// Bytes as decimal numbers, 24 to a line.
+pub fn lines_of_bytes(bytes: &[u8]) -> String {
+    let lines = bytes.chunks(24).map(|line| {
+        let line: Vec<String> = line.iter().map(u8::to_string).collect();
+        format!("    {},\n", line.join(", "))
+    });
+    lines.collect()
 }
 
 fn sign(travel: Travel) -> &'static str {

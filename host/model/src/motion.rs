@@ -67,33 +67,43 @@ pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec
 #[must_use]
 pub fn situations(machine: &Machine, rows: &[Vec<f64>]) -> Vec<(PerAxis, Situation)> {
     let n = machine.axes.len();
-    let with_length = usize::from(machine.length_range.is_some());
     let mut reversals = [Reversal::new(); MOST_AXES];
     let mut along = Vec::with_capacity(rows.len());
     for values in rows {
-        let mut situation = Situation::default();
-        for (i, axis) in machine.axes.iter().enumerate() {
+        let axes = machine.axes.iter().zip(values).zip(&mut reversals);
+        let travel = axes.map(|((axis, q), reversal)| {
             let period = if axis.modulo { 360.0 } else { 0.0 };
-            let travel =
-                reversals[i].update(values[i] as f32, axis.reversal_threshold as f32, period);
-            situation.sign[i] = match travel {
-                Travel::Positive => 1.0,
-                Travel::Negative => -1.0,
-                Travel::Unknown => 0.0,
-            };
-        }
-        if with_length == 1 {
-            situation.length = Some(values[n]);
-        }
-        for (kelvin, value) in situation.kelvin.iter_mut().zip(&values[n + with_length..]) {
-            *kelvin = *value;
-        }
+            reversal.update(*q as f32, axis.reversal_threshold as f32, period)
+        });
+        let situation = situation(machine, travel, values[n..].iter().copied());
         // The position in the range in which error motions of axes without limits are described.
         let axes = machine.axes.iter().zip(&values[..n]);
         let position: Vec<f64> = axes.map(|(axis, q)| axis.within_turn(*q)).collect();
         along.push((machine.to_kinematic(&position), situation));
     }
     along
+}
+
+/// From the direction of travel of each axis, the tool length (mm) if it is an input, and the temperatures (K from
+/// their reference).
+pub(crate) fn situation(
+    machine: &Machine,
+    travel: impl Iterator<Item = Travel>,
+    mut auxiliaries: impl Iterator<Item = f64>,
+) -> Situation {
+    let mut situation = Situation::default();
+    for (sign, travel) in situation.sign.iter_mut().zip(travel) {
+        *sign = match travel {
+            Travel::Positive => 1.0,
+            Travel::Negative => -1.0,
+            Travel::Unknown => 0.0,
+        };
+    }
+    situation.length = machine.length_range.and_then(|_| auxiliaries.next());
+    for (kelvin, value) in situation.kelvin.iter_mut().zip(auxiliaries) {
+        *kelvin = value;
+    }
+    situation
 }
 
 /// Exact kinematic corrections (mm, deg) along a motion, whose rows are those of [`situations`].

@@ -5,8 +5,8 @@
 //! decimal point. Empty lines are skipped. The order of the rows is the motion.
 
 use crate::errors::{Thermal, temperature_name};
-use crate::formats::csv::CsvTable;
-use crate::machine::Machine;
+use crate::formats::csv::{CsvRow, CsvTable};
+use crate::machine::{self, Machine};
 use crate::source::FileError;
 use std::fmt::{Display, Write};
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Lag};
@@ -84,6 +84,31 @@ impl ColumnInput {
     fn lags_behind(&self, sensor: &str) -> bool {
         self.lag.as_ref().is_some_and(|(name, _)| name == sensor)
     }
+}
+
+/// Recorded positions are not exact: an axis may be this far (mm, deg) beyond its travel.
+const BEYOND: f64 = 1e-3;
+
+/// Checks that a position (mm, deg) read from a column is within the travel of an axis.
+///
+/// # Errors
+/// [`FileError`] with this remedy: it is not.
+pub fn is_in_travel(
+    row: &CsvRow<'_>,
+    column: usize,
+    axis: &machine::Axis,
+    position: f64,
+    remedy: &str,
+) -> Result<(), FileError> {
+    let [low, high] = axis.travel;
+    if (low - BEYOND..=high + BEYOND).contains(&position) {
+        return Ok(());
+    }
+    let message = format!(
+        "{} = {position} is outside the travel of {low} to {high}",
+        axis.letter
+    );
+    Err(row.error(column, message, "outside the travel", remedy))
 }
 
 const VALUES: &str = "give every position a value in each column: a plain number in mm or degrees with a decimal point, not a comma: -12.5";

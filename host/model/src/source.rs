@@ -198,7 +198,7 @@ fn has_decimal_comma(text: &str, span: &Range<usize>, message: &str) -> bool {
 
 /// The name in the right case, if only the case is wrong: `X` for `x`, `EXXb` for `exxB`.
 #[must_use]
-pub fn right_case(name: &str, is_right: impl Fn(&str) -> bool) -> Option<String> {
+pub(crate) fn right_case(name: &str, is_right: impl Fn(&str) -> bool) -> Option<String> {
     let upper = name.to_uppercase();
     let split = upper
         .char_indices()

@@ -9,7 +9,7 @@ use trueaxis_model::errors::{MAX_SENSORS, Situation, Switches};
 use trueaxis_model::explain::{EntryKind, SingleEntry};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::parallel;
-use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
+use trueaxis_model::validate::{Command, Quality, Region, direction, random_commands};
 
 /// Number of random positions; a mean over this many is accurate to 2 % if the scatter of errors equals their size.
 const POSITIONS: usize = 2000;
@@ -106,13 +106,10 @@ fn share(
         EntryKind::Table | EntryKind::TableReversal => (None, None),
     };
     let is_whole = depth == Depth::Everything;
-    let spread = match standard_uncertainty {
-        Some(u) if is_whole => {
-            let unsure = alone.instead(alone.parameter, EXPANDED * u);
-            Some(does(subject, &unsure, commands, depth)?)
-        }
-        _ => None,
-    };
+    let unsure = standard_uncertainty.filter(|_| is_whole);
+    let unsure = unsure.map(|u| alone.instead(alone.parameter, EXPANDED * u));
+    let spread = unsure.map(|unsure| does(subject, &unsure, commands, depth));
+    let spread = spread.transpose()?;
     let turns = quality.direction_urad.mean > TURNS;
     let uncorrected_urad = match turns {
         _ if !is_whole => None,

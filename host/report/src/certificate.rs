@@ -5,6 +5,7 @@ mod calibration;
 mod expected;
 mod grounds;
 mod limits;
+mod missing;
 mod rounding;
 mod sources;
 
@@ -20,10 +21,10 @@ use super::{ReportError, ReportFigures, ReportedCompensation, Share, Subject};
 use expected::expected;
 use grounds::Grounds;
 use serde::Serialize;
-use trueaxis_measure::formats::validation::Validation;
-use trueaxis_measure::study::Identification;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_study::Identification;
+use trueaxis_study::validation::Validation;
 
 /// Coverage factor of expanded uncertainties.
 const EXPANDED: f64 = 2.0;
@@ -143,7 +144,7 @@ pub fn certificate(
         None => Default::default(),
     };
     Ok(Certificate {
-        missing: missing(report, &calibration, validation.as_ref()),
+        missing: missing::missing(report, &calibration, validation.is_some()),
         conformity: conformity(&judged),
         judged,
         parameters: shares[..listed].iter().map(ranked).collect(),
@@ -226,37 +227,43 @@ fn judged(
         false => expected(subject, &quantities, stated.uncertainty.combined_um())?,
     };
     let mut expected = expected.into_iter();
-    let all = limits.iter().map(|limit| {
-        let (source, found) = match limit.quantity {
-            Quantity::Parameter(_) => ("identified", identified(report, limit)),
-            Quantity::Validation { is_rms } => ("measured", measured(validation, is_rms)),
-            _ => (
-                "expected",
-                match expected.next().flatten() {
-                    None => Err("the machine has no room for this test"),
-                    Some(found) => Ok((found.value, found.interval)),
-                },
-            ),
-        };
-        let (value, interval) = found.map_or((None, None), |(value, all)| (Some(value), all));
-        let of_interval =
-            interval.map_or(Decision::NotDecided, |all| Decision::of(all, limit.at_most));
-        let (decision, doubt) = grounds.allow(limit.quantity, of_interval);
-        Judged {
-            words: limit.quantity.words(),
-            source,
-            value,
-            interval,
-            decision,
-            why: match (found, interval) {
-                (Err(why), _) => Some(why.to_owned()),
-                (Ok(_), None) => Some(grounds.unknown(limit.quantity).to_owned()),
-                _ => doubt,
-            },
-            limit: limit.clone(),
+    let mut next = || match expected.next().flatten() {
+        None => Err("the machine has no room for this test"),
+        Some(found) => Ok((found.value, found.interval)),
+    };
+    let all = limits.iter().map(|limit| match limit.quantity {
+        Quantity::Parameter(_) => decided(grounds, limit, "identified", identified(report, limit)),
+        Quantity::Validation { is_rms } => {
+            decided(grounds, limit, "measured", measured(validation, is_rms))
         }
+        _ => decided(grounds, limit, "expected", next()),
     });
     Ok(all.collect())
+}
+
+/// The decision about a limit, from a value and its interval.
+fn decided(
+    grounds: &Grounds<'_>,
+    limit: &Limit,
+    source: &'static str,
+    found: FoundValue,
+) -> Judged {
+    let (value, interval) = found.map_or((None, None), |(value, all)| (Some(value), all));
+    let of_interval = interval.map_or(Decision::NotDecided, |all| Decision::of(all, limit.at_most));
+    let (decision, doubt) = grounds.allow(limit.quantity, of_interval);
+    Judged {
+        words: limit.quantity.words(),
+        source,
+        value,
+        interval,
+        decision,
+        why: match (found, interval) {
+            (Err(why), _) => Some(why.to_owned()),
+            (Ok(_), None) => Some(grounds.unknown(limit.quantity).to_owned()),
+            _ => doubt,
+        },
+        limit: limit.clone(),
+    }
 }
 
 /// A value with its 95 % interval, or why there is none.
@@ -316,77 +323,6 @@ fn conformity(judged: &[Judged]) -> String {
     }
 }
 
-/// What is missing.
-fn missing(
-    report: &ReportFigures,
-    stated: &CalibrationRecord,
-    validation: Option<&Validation>,
-) -> Vec<String> {
-    let mut missing = Vec::new();
-    let mut add = |is_missing: bool, sentence: &str| {
-        if is_missing {
-            missing.push(sentence.to_owned());
-        }
-    };
-    add(
-        stated.serial_number.is_none(),
-        "The serial number of the machine is not stated.",
-    );
-    add(stated.operator.is_none(), "The operator is not stated.");
-    add(stated.laboratory.is_none(), "The laboratory is not stated.");
-    add(
-        stated.date.is_none(),
-        "The date of the measurement is not stated.",
-    );
-    add(stated.method.is_none(), "The method is not described.");
-    add(
-        stated.instruments.is_empty(),
-        "No instrument is stated: the results are not traceable.",
-    );
-    let without = |is_missing: fn(&InstrumentRecord) -> bool| {
-        let all = stated.instruments.iter();
-        all.filter(|one| is_missing(one)).count()
-    };
-    let untraced = without(|one| one.certificate.is_none());
-    let unknown = without(|one| one.celsius.is_none());
-    add(
-        untraced > 0,
-        &format!(
-            "No certificate is stated for {untraced} of the instruments: their results are not traceable."
-        ),
-    );
-    add(
-        unknown > 0,
-        &format!("No temperature is stated for {unknown} of the instruments."),
-    );
-    add(
-        stated.temperatures.is_empty(),
-        "No temperature of the machine or its surroundings is stated.",
-    );
-    let known = report.volumetric.known.as_ref();
-    let exact = known.map_or(0, |known| known.exact);
-    let unknown =
-        format!("{exact} of the error parameters have no uncertainty and count as exact.");
-    add(exact > 0, &unknown);
-    add(
-        known.is_none() && !report.budget.shares.is_empty(),
-        "No error parameter has an uncertainty: nothing can be decided about expected values.",
-    );
-    add(
-        report.identification.is_none(),
-        "No identification is given: positions, places and residuals are not shown.",
-    );
-    add(
-        report.tables.is_none(),
-        "No compensation is given: all results are for the uncorrected machine.",
-    );
-    add(
-        validation.is_none(),
-        "The result was not validated by measurements: before and after are as expected.",
-    );
-    missing
-}
-
 impl Judged {
     /// Value and interval as printed; the interval is rounded outward.
     #[must_use]
@@ -402,7 +338,7 @@ impl Judged {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trueaxis_measure::formats::validation::Scatter;
+    use trueaxis_study::validation::Scatter;
 
     fn validation(probings: usize, rms_um: f64, largest_um: f64, probing_um: f64) -> Validation {
         let after = Scatter { rms_um, largest_um };
@@ -446,7 +382,7 @@ mod tests {
             let mut below = [0; 2];
             for _ in 0..times {
                 let mut row = || {
-                    let mut part = || trueaxis_measure::simulate::normal(&mut random);
+                    let mut part = || trueaxis_model::numbers::normal(&mut random);
                     libm::hypot(libm::hypot(off + part(), part()), part())
                 };
                 let found: Vec<f64> = (0..rows).map(|_| row()).collect();

@@ -3,6 +3,7 @@
 use super::words::figure;
 use super::{ReportFigures, Share};
 use serde::{Deserialize, Serialize};
+use trueaxis_model::validate::Quality;
 
 /// Coverage factor: larger changes are significant (95 %).
 const EXPANDED: f64 = 2.0;
@@ -54,40 +55,38 @@ pub struct ParameterChange {
     pub is_significant: Option<bool>,
 }
 
+impl ParameterChange {
+    /// The change of a share, which may have existed in one of the reports only; `None` without a change.
+    fn of(then: Option<&Share>, now: Option<&Share>) -> Option<Self> {
+        if let (Some(a), Some(b)) = (then, now)
+            && a.value == b.value
+            && a.alone == b.alone
+        {
+            return None;
+        }
+        let any = now.or(then)?;
+        let both = |of: fn(&Share) -> Option<f64>| [then, now].map(|share| share.and_then(of));
+        let [old, new] = both(|share| share.value);
+        let [before, after] = both(|share| share.standard_uncertainty);
+        let apart = old.zip(new).map(|(a, b)| (a - b).abs());
+        let unsure = before.zip(after).map(|(a, b)| libm::hypot(a, b));
+        let [old_mean_um, new_mean_um] =
+            [then, now].map(|share| share.map_or(0.0, |s| s.alone.translation_um.mean));
+        Some(Self {
+            name: any.name.clone(),
+            words: any.words.clone(),
+            old,
+            new,
+            old_mean_um,
+            new_mean_um,
+            is_significant: apart.zip(unsure).map(|(apart, u)| apart > EXPANDED * u),
+        })
+    }
+}
+
 /// Compares with an older report of the same machine.
 #[must_use]
 pub fn changes(old: &ReportFigures, new: &ReportFigures) -> ReportChanges {
-    let figure_of =
-        |name: &str, unit: &str, of: &dyn Fn(&ReportFigures) -> Option<f64>| FigureChange {
-            name: name.to_owned(),
-            unit: unit.to_owned(),
-            old: of(old),
-            new: of(new),
-        };
-    let after = |report: &ReportFigures| report.volumetric.after;
-    let figures = vec![
-        figure_of("mean at the tip before", "µm", &|r| {
-            Some(r.volumetric.before.translation_um.mean)
-        }),
-        figure_of("maximum at the tip before", "µm", &|r| {
-            Some(r.volumetric.before.translation_um.max)
-        }),
-        figure_of("mean of direction before", "µrad", &|r| {
-            Some(r.volumetric.before.direction_urad.mean)
-        }),
-        figure_of("maximum of direction before", "µrad", &|r| {
-            Some(r.volumetric.before.direction_urad.max)
-        }),
-        figure_of("mean at the tip with the tables", "µm", &|r| {
-            after(r).map(|q| q.translation_um.mean)
-        }),
-        figure_of("maximum at the tip with the tables", "µm", &|r| {
-            after(r).map(|q| q.translation_um.max)
-        }),
-        figure_of("mean of direction with the tables", "µrad", &|r| {
-            after(r).map(|q| q.direction_urad.mean)
-        }),
-    ];
     let parameters = parameters(&old.budget.shares, &new.budget.shares);
     let since = match &old.document.date {
         Some(date) => format!("Since {date}"),
@@ -112,48 +111,61 @@ pub fn changes(old: &ReportFigures, new: &ReportFigures) -> ReportChanges {
         since: old.document.date.clone(),
         sentence,
         files: files.map(|file| file.role.clone()).collect(),
-        figures,
+        figures: figures(old, new),
         parameters,
     }
 }
 
+/// Means and maxima without tables, and with them.
+fn figures(old: &ReportFigures, new: &ReportFigures) -> Vec<FigureChange> {
+    type Of = fn(&Quality) -> f64;
+    let of_tip: [(&str, Of); 2] = [
+        ("mean at the tip", |q| q.translation_um.mean),
+        ("maximum at the tip", |q| q.translation_um.max),
+    ];
+    let of_direction: [(&str, Of); 2] = [
+        ("mean of direction", |q| q.direction_urad.mean),
+        ("maximum of direction", |q| q.direction_urad.max),
+    ];
+    let change = |(name, of): (&str, Of), unit: &str, is_after: bool| {
+        let value = |report: &ReportFigures| match is_after {
+            true => report.volumetric.after.as_ref().map(of),
+            false => Some(of(&report.volumetric.before)),
+        };
+        FigureChange {
+            name: format!(
+                "{name} {}",
+                if is_after {
+                    "with the tables"
+                } else {
+                    "before"
+                }
+            ),
+            unit: unit.to_owned(),
+            old: value(old),
+            new: value(new),
+        }
+    };
+    let of = |is_after: bool| {
+        let tip = of_tip.map(|figure| change(figure, "µm", is_after));
+        tip.into_iter()
+            .chain(of_direction.map(|figure| change(figure, "µrad", is_after)))
+    };
+    // With tables the largest error of direction is not compared.
+    of(false).chain(of(true).take(3)).collect()
+}
+
+/// Parameters whose value or effect has changed.
 fn parameters(old: &[Share], new: &[Share]) -> Vec<ParameterChange> {
-    let find = |all: &[Share], name: &str| all.iter().find(|s| s.name == name).cloned();
+    fn find<'s>(all: &'s [Share], name: &str) -> Option<&'s Share> {
+        all.iter().find(|s| s.name == name)
+    }
     let mut names: Vec<&String> = new.iter().chain(old).map(|share| &share.name).collect();
     let mut seen = std::collections::BTreeSet::new();
     names.retain(|name| seen.insert(name.as_str()));
-    let mut changes: Vec<ParameterChange> = (names.into_iter())
-        .filter_map(|name| {
-            let (then, now) = (find(old, name), find(new, name));
-            let same = match (&then, &now) {
-                (Some(a), Some(b)) => a.value == b.value && a.alone == b.alone,
-                _ => false,
-            };
-            if same {
-                return None;
-            }
-            let mean =
-                |share: &Option<Share>| share.as_ref().map_or(0.0, |s| s.alone.translation_um.mean);
-            let value = |share: &Option<Share>| share.as_ref().and_then(|s| s.value);
-            let known = |share: &Option<Share>| share.as_ref().and_then(|s| s.standard_uncertainty);
-            let apart = value(&then).zip(value(&now)).map(|(a, b)| (a - b).abs());
-            let unsure = known(&then)
-                .zip(known(&now))
-                .map(|(a, b)| libm::hypot(a, b));
-            Some(ParameterChange {
-                name: name.clone(),
-                words: now
-                    .as_ref()
-                    .or(then.as_ref())
-                    .map_or(String::new(), |s| s.words.clone()),
-                old: value(&then),
-                new: value(&now),
-                old_mean_um: mean(&then),
-                new_mean_um: mean(&now),
-                is_significant: apart.zip(unsure).map(|(apart, u)| apart > EXPANDED * u),
-            })
-        })
-        .collect();
+    let changes = names.into_iter();
+    let changes = changes.filter_map(|name| ParameterChange::of(find(old, name), find(new, name)));
+    let mut changes: Vec<ParameterChange> = changes.collect();
     let size = |change: &ParameterChange| (change.new_mean_um - change.old_mean_um).abs();
     changes.sort_by(|a, b| size(b).total_cmp(&size(a)));
     changes

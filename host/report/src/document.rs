@@ -66,7 +66,7 @@ impl Document {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             files: Vec::new(),
             reference_position: None,
-            policy: trueaxis_tables::policy::stored(Default::default()).to_string(),
+            policy: trueaxis_model::policy::stored(Default::default()).to_string(),
             tolerance_um: 0.05,
             tolerance_urad: 1.0,
             seed: 1,

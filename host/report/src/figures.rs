@@ -2,70 +2,70 @@
 
 use super::{
     AxisMotions, AxisUse, CircularTest, Diagonal, ErrorBudget, Identification, MotionShown,
-    Positioning, Share, TableCurve, Volumetric,
+    Positioning, TableCurve, Volumetric,
 };
 use crate::picture::{Bars, Chart, ChartBar, Drawing, Ink, Mark, Polar, PolarTurn, Scale, Series};
-use trueaxis_measure::formats::validation::{Scatter, Validation};
-use trueaxis_tables::validate::Quality;
+use trueaxis_model::validate::Quality;
+use trueaxis_study::validation::{Scatter, Validation};
 
 /// Largest number of bars in one figure.
 const BARS: usize = 30;
 /// Shares below this (µm, µrad) get no bar.
 const NOTHING: f64 = 1e-4;
 
-/// Bars for the effect of each parameter at the tip or on the tool direction; `None` if there is no effect.
-pub fn budget(budget: &ErrorBudget, together: &Volumetric, at_tip: bool) -> Option<Bars> {
-    let statistics = |quality: &Quality| match at_tip {
+/// A bar without uncertainty, for the errors of the tip or those of direction.
+fn bar(name: &str, quality: &Quality, at_tip: bool) -> ChartBar {
+    let statistics = match at_tip {
         true => quality.translation_um,
         false => quality.direction_urad,
     };
-    let of = |name: &str, quality: &Quality, uncertainty| ChartBar {
+    ChartBar {
         name: name.to_owned(),
-        mean: statistics(quality).mean,
-        max: statistics(quality).max,
-        uncertainty,
-    };
-    let bar = |share: &Share| {
-        let uncertainty = match at_tip {
+        mean: statistics.mean,
+        max: statistics.max,
+        uncertainty: None,
+    }
+}
+
+/// Bars for the effect of each parameter at the tip or on the tool direction; `None` if there is no effect.
+pub fn budget(budget: &ErrorBudget, together: &Volumetric, at_tip: bool) -> Option<Bars> {
+    let of = |name: &str, quality: &Quality| bar(name, quality, at_tip);
+    let alone = budget.shares.iter().map(|share| ChartBar {
+        uncertainty: match at_tip {
             true => share.expanded_uncertainty_mean_um,
             false => share.expanded_uncertainty_mean_urad,
-        };
-        of(&share.name, &share.alone, uncertainty)
-    };
-    let mut bars: Vec<ChartBar> = budget
-        .shares
-        .iter()
-        .map(bar)
-        .filter(|b| b.max >= NOTHING)
-        .collect();
-    bars.sort_by(|a, b| b.mean.total_cmp(&a.mean));
-    bars.truncate(BARS);
-    let is_nothing = bars.is_empty();
+        },
+        ..of(&share.name, &share.alone)
+    });
+    let mut alone: Vec<ChartBar> = alone.filter(|b| b.max >= NOTHING).collect();
+    if alone.is_empty() {
+        return None;
+    }
+    alone.sort_by(|a, b| b.mean.total_cmp(&a.mean));
     // What counts for whoever has no time: all of them together, and what the tables leave, with the uncertainty of the
     // parameters where it is known.
-    let mut first = vec![of("together", &together.before, None)];
-    first.extend(together.after.iter().map(|after| match &together.known {
-        Some(known) => of("with the tables (95 %)", &known.with_tables(after), None),
-        None => of("with the tables", after, None),
+    let mut bars = vec![of("together", &together.before)];
+    bars.extend(together.after.iter().map(|after| match &together.known {
+        Some(known) => of("with the tables (95 %)", &known.with_tables(after)),
+        None => of("with the tables", after),
     }));
-    bars.splice(0..0, first);
+    bars.extend(alone.into_iter().take(BARS));
     let (what, unit) = match at_tip {
         true => ("at the tip", "µm"),
         false => ("of the tool's direction", "µrad"),
     };
-    let bars = Bars {
+    let legend = [
+        "mean over the travel",
+        "maximum",
+        "uncertainty of the mean (95 %)",
+    ];
+    Some(Bars {
         title: format!("Error {what} caused by each parameter alone, in {unit}"),
         label: format!("error {what} alone ({unit})"),
-        legend: [
-            "mean over the travel",
-            "maximum",
-            "uncertainty of the mean (95 %)",
-        ]
-        .map(str::to_owned),
+        legend: legend.map(str::to_owned),
         ink: Ink::Accent,
         bars,
-    };
-    (!is_nothing).then_some(bars)
+    })
 }
 
 fn points(at: &[f64], values: &[f64], factor: f64) -> Vec<[f64; 2]> {
@@ -101,29 +101,29 @@ fn unmeasured(axes: &[AxisMotions], name: &str) -> Vec<[f64; 2]> {
     letters.next().map_or(Vec::new(), AxisMotions::unmeasured)
 }
 
+/// A curve over the positions of an axis, which gives it its name; two if they differ after negative travel.
+fn after_travel(
+    at: &[f64],
+    positive: &[f64],
+    negative: Option<&[f64]>,
+    factor: f64,
+) -> Vec<Series> {
+    let line = |name: &str, ink: Ink, values: &[f64]| {
+        series(name, ink, Mark::Line, points(at, values, factor))
+    };
+    match negative {
+        Some(negative) => vec![
+            line("after positive travel", Ink::Accent, positive),
+            line("after negative travel", Ink::Other, negative),
+        ],
+        None => vec![line("", Ink::Accent, positive)],
+    }
+}
+
 /// An error motion over the travel of its axis.
 pub fn motion(axis: &AxisMotions, motion: &MotionShown) -> Chart {
-    let mut all = Vec::new();
-    let positive = points(&motion.at, &motion.positive, 1.0);
-    match &motion.negative {
-        Some(negative) => {
-            all.push(series(
-                "after positive travel",
-                Ink::Accent,
-                Mark::Line,
-                positive,
-            ));
-            let negative = points(&motion.at, negative, 1.0);
-            all.push(series(
-                "after negative travel",
-                Ink::Other,
-                Mark::Line,
-                negative,
-            ));
-        }
-        // The axis has its name.
-        None => all.push(series("", Ink::Accent, Mark::Line, positive)),
-    }
+    let negative = motion.negative.as_deref();
+    let mut all = after_travel(&motion.at, &motion.positive, negative, 1.0);
     if !motion.measured_at.is_empty() {
         let measured = |points: &Series| {
             let is_measured = |p: &&[f64; 2]| motion.measured_at.contains(&p[0]);
@@ -265,22 +265,12 @@ pub fn along(used: &AxisUse, axes: &[AxisMotions]) -> Option<Chart> {
         "mm" => (1e3, "µm"),
         _ => (1e3, "0.001°"),
     };
-    let positive = points(&along.at, &along.positive, factor);
-    // The axis has its name.
-    let name = match along.negative {
-        Some(_) => "after positive travel",
-        None => "",
-    };
-    let mut all = vec![series(name, Ink::Accent, Mark::Line, positive)];
-    if let Some(negative) = &along.negative {
-        let negative = points(&along.at, negative, factor);
-        all.push(series(
-            "after negative travel",
-            Ink::Other,
-            Mark::Line,
-            negative,
-        ));
-    }
+    let mut all = after_travel(
+        &along.at,
+        &along.positive,
+        along.negative.as_deref(),
+        factor,
+    );
     for (name, bound) in [("value bound", used.value_bound), ("", -used.value_bound)] {
         let line = ends.map(|q| [q, bound * factor]).to_vec();
         all.push(series(name, Ink::Muted, Mark::Dashed, line));
@@ -360,23 +350,19 @@ pub fn residuals(identification: &Identification) -> Option<String> {
         all.map(|(k, row)| [at(k), row.after_um[c]]).collect()
     };
     // The largest coordinate represents the row.
-    let farthest = |of: &[f64; 3]| {
-        of.iter()
-            .copied()
-            .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a })
-    };
+    let larger = |a: f64, b: &f64| if b.abs() > a.abs() { *b } else { a };
+    let farthest = |of: &[f64; 3]| of.iter().fold(0.0, larger);
     let outliers = rows.iter().enumerate().filter(|(_, row)| !row.is_trusted);
     let outliers: Vec<[f64; 2]> = outliers
         .map(|(k, row)| [at(k), farthest(&row.after_um)])
         .collect();
-    let all = [("x", Ink::Accent), ("y", Ink::Before), ("z", Ink::After)];
-    let all = all.iter().enumerate();
-    let all: Vec<Series> = all
-        .map(|(c, (name, ink))| series(name, *ink, Mark::Points, component(c)))
-        .chain(
-            (!outliers.is_empty()).then(|| series("outliers", Ink::Text, Mark::Points, outliers)),
-        )
-        .collect();
+    let all = [("x", Ink::Accent), ("y", Ink::Before), ("z", Ink::After)].into_iter();
+    let all =
+        (all.enumerate()).map(|(c, (name, ink))| series(name, ink, Mark::Points, component(c)));
+    let mut all: Vec<Series> = all.collect();
+    if !outliers.is_empty() {
+        all.push(series("outliers", Ink::Text, Mark::Points, outliers));
+    }
     let places = (0..rows.len()).map(at);
     let (low, high) = places.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
     let x = match timed {

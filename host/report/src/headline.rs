@@ -3,7 +3,7 @@
 use super::Volumetric;
 use super::words::{rounded_up, sensible};
 use trueaxis_model::errors::ErrorModel;
-use trueaxis_tables::validate::{Quality, Statistics};
+use trueaxis_model::validate::{Quality, Statistics};
 
 /// Errors below this (µm, µrad) count as zero.
 const NOTHING: f64 = 5e-5;

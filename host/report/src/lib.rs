@@ -4,7 +4,7 @@
 //! A report is data first. It contains every figure that the page shows, with the unit as part of the name, and the
 //! page is made only from it and from the [`PageModel`] behind the interactive drawings.
 //!
-//! Builds on `trueaxis-model`, `trueaxis-tables` and `trueaxis-measure`.
+//! Builds on `trueaxis-model`, `trueaxis-tables` and `trueaxis-study`.
 #![forbid(unsafe_code)]
 
 mod budget;
@@ -13,12 +13,13 @@ mod compare;
 mod document;
 mod figures;
 mod headline;
-pub mod model;
+mod model;
 mod motions;
 mod observed;
 mod page;
 pub mod picture;
 mod reach;
+pub mod scheme_comparison;
 mod tables;
 mod tested;
 mod verdict;
@@ -36,16 +37,16 @@ pub use page::{certificate_page, page, pictures};
 use serde::{Deserialize, Serialize};
 pub use tables::{AxisUse, Class, CorrectionAlong, Formula, TableCurve, TablesShown};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
-use trueaxis_measure::formats::validation::Validation;
-pub use trueaxis_measure::study::Identification;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::Machine;
+use trueaxis_model::policy::of_blob;
+use trueaxis_model::uncertainty::OverTravel;
+use trueaxis_model::validate::{DrawError, Runtime};
+pub use trueaxis_study::Identification;
+use trueaxis_study::validation::Validation;
 use trueaxis_tables::compile::{CompileError, Proof};
-use trueaxis_tables::policy::of_blob;
 use trueaxis_tables::schemes::{self, SchemeError};
-use trueaxis_tables::uncertainty::OverTravel;
-use trueaxis_tables::validate::{DrawError, Runtime};
 pub use volumetric::{ErrorKnowledge, Volumetric};
 pub use words::{figure, parameter_in_words, unit};
 pub use worst::{ErrorAt, Worst};
@@ -155,22 +156,7 @@ pub fn report(
     let budget = budget::budget(&subject, Depth::Everything)?;
     let tables = compensation.map(|c| tables::tables(&subject, c.runtime));
     let tests = tested::tests(&subject, &mut remarks);
-    let identification = identification.filter(|found| {
-        let is_this = found.machine == machine.name;
-        if !is_this {
-            remarks.push(format!(
-                "The identification is left out: it belongs to the machine `{}`.",
-                found.machine
-            ));
-        }
-        is_this
-    });
-    // A page does not show these, and they are most of an identification.
-    let identification = identification.map(|mut found| {
-        found.covariance.clear();
-        (found.observed.iter_mut()).for_each(|observed| observed.rows.clear());
-        found
-    });
+    let identification = identification.and_then(|found| shown(found, machine, &mut remarks));
     let probed = identification.as_ref().map(|found| &found.probed[..]);
     let axes = motions::motions(&subject, probed.unwrap_or_default());
     let mut beyond = reach::beyond(&subject, &volumetric, &budget);
@@ -192,14 +178,35 @@ pub fn report(
         validation: None,
         changes: None,
     };
-    report.verdict = verdict::sentences(
-        &report.volumetric,
-        &report.budget.shares,
-        errors,
-        reach::why(&subject),
-    );
-    report.verdict.extend(verdict::thermal(errors));
+    report.verdict = summary(&subject, &report.volumetric, &report.budget.shares);
     Ok(report)
+}
+
+/// The first sentences of a report.
+fn summary(subject: &Subject<'_>, volumetric: &Volumetric, shares: &[Share]) -> Vec<String> {
+    let why = reach::why(subject);
+    let mut sentences = verdict::sentences(volumetric, shares, subject.errors, why);
+    sentences.extend(verdict::thermal(subject.errors));
+    sentences
+}
+
+/// What a page shows of an identification, which must be one of this machine: not its covariance and rows, which are
+/// most of it.
+fn shown(
+    mut found: Identification,
+    machine: &Machine,
+    remarks: &mut Vec<String>,
+) -> Option<Identification> {
+    if found.machine != machine.name {
+        remarks.push(format!(
+            "The identification is left out: it belongs to the machine `{}`.",
+            found.machine
+        ));
+        return None;
+    }
+    found.covariance.clear();
+    (found.observed.iter_mut()).for_each(|observed| observed.rows.clear());
+    Some(found)
 }
 
 /// The summary, and the parameters with the largest effects.
@@ -226,10 +233,8 @@ pub fn verdict(
     let subject = Subject::new(machine, errors, compensation, seed);
     let volumetric = volumetric::volumetric(&subject, &mut Vec::new())?;
     let shares = budget::budget(&subject, Depth::Alone)?.shares;
-    let mut sentences = verdict::sentences(&volumetric, &shares, errors, reach::why(&subject));
-    sentences.extend(verdict::thermal(errors));
     Ok(ReportVerdict {
-        sentences,
+        sentences: summary(&subject, &volumetric, &shares),
         shares,
         volumetric,
     })

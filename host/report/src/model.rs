@@ -13,9 +13,9 @@ use tables::PageTables;
 use trueaxis_kinematics::ParameterKind;
 use trueaxis_model::errors::{ErrorModel, Motion};
 use trueaxis_model::kinematics::Htm;
-use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+use trueaxis_model::machine::{Axis, MAX_AXES, Machine, PerAxis};
 use trueaxis_model::pose::carries;
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
 
 /// A pose: three rows of rotation and translation (mm).
 pub type PoseRows = [f64; 12];
@@ -147,7 +147,7 @@ impl PageModel {
     }
 
     /// Like `new`, for tables that subtract a correction (mm, rad): the machine's datum is corrected by that amount,
-    /// before and after, as in [`Measured`](trueaxis_tables::validate::Measured).
+    /// before and after, as in [`Measured`](trueaxis_model::validate::Measured).
     #[must_use]
     pub fn relative_to(
         machine: &Machine,
@@ -155,22 +155,8 @@ impl PageModel {
         runtime: Option<&Runtime<'_>>,
         zero: &PerAxis,
     ) -> Self {
-        let axes = machine
-            .axes
-            .iter()
-            .enumerate()
-            .map(|(index, axis)| PageAxis {
-                letter: axis.letter.char(),
-                carries: carries(axis.branch),
-                rotary: axis.letter.is_rotary(),
-                component: axis.letter.component(),
-                sense: if axis.reversed { -1.0 } else { 1.0 },
-                travel: axis.travel,
-                endless: axis.modulo,
-                frame: frame(&axis.frame),
-                calibrated: errors.calibrated[index],
-                motions: errors.motions[index].each_ref().map(motion),
-            });
+        let axes = machine.axes.iter().enumerate();
+        let axes = axes.map(|(index, axis)| PageAxis::new(axis, errors, index));
         let sensors = errors.sensors.iter().map(|sensor| PageSensor {
             name: sensor.name(),
             range_kelvin: sensor.range_kelvin,
@@ -194,6 +180,23 @@ impl PageModel {
             tables: runtime.map(|runtime| PageTables::of(runtime.compensation())),
             zero: machine.to_command(zero)[..machine.axes.len()].to_vec(),
             checks: check::checks(machine, errors, runtime, zero),
+        }
+    }
+}
+
+impl PageAxis {
+    fn new(axis: &Axis, errors: &ErrorModel, index: usize) -> Self {
+        Self {
+            letter: axis.letter.char(),
+            carries: carries(axis.branch),
+            rotary: axis.letter.is_rotary(),
+            component: axis.letter.component(),
+            sense: if axis.reversed { -1.0 } else { 1.0 },
+            travel: axis.travel,
+            endless: axis.modulo,
+            frame: frame(&axis.frame),
+            calibrated: errors.calibrated[index],
+            motions: errors.motions[index].each_ref().map(motion),
         }
     }
 }

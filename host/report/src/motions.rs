@@ -3,10 +3,10 @@
 use super::Subject;
 use super::words::motion_in_words;
 use serde::{Deserialize, Serialize};
-use trueaxis_measure::study::Probed;
-use trueaxis_model::errors::{MAX_SENSORS, Situation, Switches};
+use trueaxis_model::errors::{MAX_SENSORS, Motion, Situation, Switches};
 use trueaxis_model::machine::Axis;
-use trueaxis_tables::validate::calibrated;
+use trueaxis_model::validate::calibrated;
+use trueaxis_study::Probed;
 
 /// Number of positions of a curve without measured points.
 const STEPS: u32 = 72;
@@ -96,6 +96,7 @@ pub fn motions(subject: &Subject<'_>, probed: &[Probed]) -> Vec<AxisMotions> {
     machine.axes.iter().enumerate().map(of).collect()
 }
 
+/// An error motion of an axis along its travel, unless it is zero everywhere.
 fn motion(
     subject: &Subject<'_>,
     index: usize,
@@ -104,54 +105,27 @@ fn motion(
 ) -> Option<MotionShown> {
     let (machine, errors) = (subject.machine, subject.errors);
     let motion = &errors.motions[index][component];
-    let is_known = motion.coefficients.iter().any(|c| *c != 0.0)
-        || motion.harmonics.iter().any(|h| *h != [0.0; 2])
-        || motion.backlash != 0.0
-        || motion.table.is_some();
-    if !is_known {
+    if !is_known(motion) {
         return None;
     }
-    let [low, high] = axis.travel;
-    let table = motion.table.as_ref();
-    let measured: Vec<f64> = table.map_or(Vec::new(), |table| {
-        let at = table.at.iter().map(|q| axis.to_command(*q));
-        let mut at: Vec<f64> = at.filter(|q| *q >= low && *q <= high).collect();
-        at.sort_by(f64::total_cmp);
-        at
-    });
-    let steps = (0..=STEPS).map(|k| low + (high - low) * f64::from(k) / f64::from(STEPS));
-    let mut at: Vec<f64> = match measured.is_empty() {
-        true => steps.collect(),
-        false => [low, high]
-            .into_iter()
-            .chain(measured.iter().copied())
-            .collect(),
-    };
+    let measured_at = measured_at(motion, axis);
     // Where it begins to hold its end value.
-    let ends = calibrated(machine, errors, index);
-    at.extend(
-        ends.into_iter()
-            .filter(|q| motion.holds() && *q > low && *q < high),
-    );
-    at.sort_by(f64::total_cmp);
-    at.dedup();
+    let ends = calibrated(machine, errors, index).into_iter();
+    let at = shown_at(axis, &measured_at, ends.filter(|_| motion.holds()));
     let factor = if component < 3 { 1e3 } else { 1e6 };
-    let value = |q: &f64, sign: f64| {
+    let curve = |sign: f64| -> Vec<f64> {
         let situation = Situation {
             sign: [sign; trueaxis_model::machine::MAX_AXES],
             kelvin: [0.0; MAX_SENSORS],
             ..Situation::default()
         };
-        let all = errors.intra_at(
-            machine,
-            index,
-            axis.to_kinematic(*q),
-            &situation,
-            &Switches::ALL,
-        );
-        all.map_or(0.0, |all| all[component] * factor)
+        let value = |q: &f64| {
+            let q = axis.to_kinematic(*q);
+            let all = errors.intra_at(machine, index, q, &situation, &Switches::ALL);
+            all.map_or(0.0, |all| all[component] * factor)
+        };
+        at.iter().map(value).collect()
     };
-    let curve = |sign: f64| at.iter().map(|q| value(q, sign)).collect::<Vec<f64>>();
     let letter = axis.letter.char();
     Some(MotionShown {
         name: format!("E{}{letter}", COMPONENTS[component]),
@@ -159,9 +133,42 @@ fn motion(
         unit: if component < 3 { "µm" } else { "µrad" }.to_owned(),
         positive: curve(1.0),
         negative: motion.reverses().then(|| curve(-1.0)),
-        measured_at: measured,
+        measured_at,
         at,
     })
+}
+
+/// True unless a motion is zero everywhere at the reference temperatures.
+fn is_known(motion: &Motion) -> bool {
+    motion.coefficients.iter().any(|c| *c != 0.0)
+        || motion.harmonics.iter().any(|h| *h != [0.0; 2])
+        || motion.backlash != 0.0
+        || motion.table.is_some()
+}
+
+/// Measured positions of an axis within its travel, in ascending order.
+fn measured_at(motion: &Motion, axis: &Axis) -> Vec<f64> {
+    let [low, high] = axis.travel;
+    let all = motion.table.iter().flat_map(|table| &table.at);
+    let all = all.map(|q| axis.to_command(*q));
+    let mut at: Vec<f64> = all.filter(|q| *q >= low && *q <= high).collect();
+    at.sort_by(f64::total_cmp);
+    at
+}
+
+/// Positions of a curve: those that were measured, or equal steps; both ends of the travel, and `ends` within it.
+fn shown_at(axis: &Axis, measured: &[f64], ends: impl Iterator<Item = f64>) -> Vec<f64> {
+    let [low, high] = axis.travel;
+    let mut at: Vec<f64> = match measured.is_empty() {
+        true => (0..=STEPS)
+            .map(|k| low + (high - low) * f64::from(k) / f64::from(STEPS))
+            .collect(),
+        false => [&[low, high], measured].concat(),
+    };
+    at.extend(ends.filter(|q| *q > low && *q < high));
+    at.sort_by(f64::total_cmp);
+    at.dedup();
+    at
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::words::{figure, quantity};
 use serde::Serialize;
-use trueaxis_measure::study::{
+use trueaxis_study::{
     NoiseRecord, ObservedRecord, SetupPartRecord, SetupRecord, TemperaturesRecord, ThermalRecord,
 };
 

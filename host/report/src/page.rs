@@ -90,7 +90,7 @@ pub fn page(report: &ReportFigures, model: &PageModel) -> Result<String, Error> 
                 .map(|c| Some(figures::curve(c, &report.axes)))),
             uses => named_once(report.tables.iter().flat_map(|t| &t.axes)
                 .map(|used| figures::along(used, &report.axes))),
-            checks => identification.map(|i| i.checks.iter().map(trueaxis_measure::study::CheckRecord::words)
+            checks => identification.map(|i| i.checks.iter().map(trueaxis_study::CheckRecord::words)
                 .collect::<Vec<_>>()),
             counts => identification.map(super::Identification::counts),
             observed => observed(identification, MOST_SETUPS),

@@ -127,23 +127,12 @@ impl Picture {
             replace(light, other);
         }
         let titles = canvas::wrapped(&self.title, self.size[0]);
-        let line = canvas::LINE;
-        let above = line * titles.len() as u32;
+        let above = canvas::LINE * titles.len() as u32;
         let [width, height] = [self.size[0], self.size[1] + above].map(|size| size + 2 * EDGE);
         let scale = canvas::SCALE;
         let [left, top] = [EDGE, EDGE + above].map(|edge| edge * scale);
         let box_size = [width, height].map(|size| size * scale);
-        let title = titles.iter().enumerate().fold(String::new(), |mut text, (k, words)| {
-            let _ = writeln!(
-                text,
-                "<text x=\"0\" y=\"-{}\" font-family=\"sans-serif\" font-size=\"{}\" fill=\"{}\">{}</text>",
-                (above - line * (k as u32 + 1) + line / 3) * scale,
-                canvas::LETTERS * scale,
-                INKS[0].3,
-                escaped(words)
-            );
-            text
-        });
+        let title = heading(&titles);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-{left} -{top} {} {}\" width=\"{width}\" \
              height=\"{height}\" role=\"img\" aria-label=\"{}\">\n\
@@ -156,6 +145,23 @@ impl Picture {
             box_size[1],
         )
     }
+}
+
+/// Lines of text above a drawing.
+fn heading(lines: &[String]) -> String {
+    let line = canvas::LINE;
+    let above = line * lines.len() as u32;
+    lines.iter().enumerate().fold(String::new(), |mut text, (k, words)| {
+        let _ = writeln!(
+            text,
+            "<text x=\"0\" y=\"-{}\" font-family=\"sans-serif\" font-size=\"{}\" fill=\"{}\">{}</text>",
+            (above - line * (k as u32 + 1) + line / 3) * canvas::SCALE,
+            canvas::LETTERS * canvas::SCALE,
+            INKS[0].3,
+            escaped(words)
+        );
+        text
+    })
 }
 
 /// Escapes text for an attribute or between tags.

@@ -1,7 +1,7 @@
 //! Errors that tables cannot correct, and why.
 
 use super::words::figure;
-use super::{AxisMotions, ErrorBudget, Subject, Volumetric};
+use super::{AxisMotions, ErrorBudget, Share, Subject, Volumetric};
 use trueaxis_model::kinematics::Policy;
 
 /// Mean direction errors (µrad) below this are not mentioned.
@@ -46,22 +46,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &ErrorBudg
             ));
         }
     }
-    let left = |share: &super::Share| share.uncorrected_urad.unwrap_or(0.0);
-    let mut worst: Vec<_> = budget.shares.iter().collect();
-    worst.sort_by(|a, b| left(b).total_cmp(&left(a)));
-    let named = worst.iter().take(3).filter(|share| left(share) >= MATTERS);
-    let named: Vec<String> = named
-        .map(|share| {
-            let all = figure(share.alone.direction_urad.mean);
-            format!("{} ({} of {all} µrad)", share.name, figure(left(share)))
-        })
-        .collect();
-    if !named.is_empty() {
-        sentences.push(format!(
-            "Least within reach of the axes: {}.",
-            named.join(", ")
-        ));
-    }
+    sentences.extend(least_within_reach(budget));
     if let Some(um) = volumetric.um_per_mm_of_tool_length
         && um >= 1e-3
     {
@@ -80,6 +65,22 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &ErrorBudg
         ));
     }
     sentences
+}
+
+/// The parameters that leave most of their direction error to any correction.
+fn least_within_reach(budget: &ErrorBudget) -> Option<String> {
+    let left = |share: &Share| share.uncorrected_urad.unwrap_or(0.0);
+    let mut worst: Vec<&Share> = budget.shares.iter().collect();
+    worst.sort_by(|a, b| left(b).total_cmp(&left(a)));
+    let named = worst.iter().take(3).filter(|share| left(share) >= MATTERS);
+    let named: Vec<String> = named
+        .map(|share| {
+            let all = figure(share.alone.direction_urad.mean);
+            format!("{} ({} of {all} µrad)", share.name, figure(left(share)))
+        })
+        .collect();
+    let names = named.join(", ");
+    (!named.is_empty()).then(|| format!("Least within reach of the axes: {names}."))
 }
 
 /// Axes that were not fully probed, if the errors come from probings.

@@ -1,15 +1,16 @@
 //! The tables: their curves, terms as formulas, effect on each axis, and cost.
 
+use super::tested::range;
 use super::words::is_rotary;
 use super::{ReportError, Subject};
 use serde::{Deserialize, Serialize};
-use trueaxis::Interpolation;
+use trueaxis::{Bank, Interpolation, Largest};
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::{Command, Runtime};
 use trueaxis_tables::compile::bounds_of;
-use trueaxis_tables::contents::{Contents, TermEntry, contents};
+use trueaxis_tables::contents::{Contents, GridEntry, TermEntry, contents};
 use trueaxis_tables::cost::{CYCLES_PER_INSTRUCTION, instructions};
 use trueaxis_tables::size::Size;
-use trueaxis_tables::validate::{Command, Runtime};
 
 /// Number of steps along an axis.
 const STEPS: u32 = 120;
@@ -135,18 +136,8 @@ pub fn tables(subject: &Subject<'_>, runtime: &Runtime<'_>) -> Result<TablesShow
         rate_bound: wide(axis.rate_bound),
         along: along(machine, runtime, i),
     });
-    let grids = contents.grid_list.iter().enumerate().map(|(k, grid)| {
-        let inputs = grid.inputs.iter();
-        let inputs: Vec<String> = inputs
-            .map(|i| format!("{} ({})", i.input, i.points))
-            .collect();
-        let outputs: Vec<String> = grid.outputs.iter().map(|o| format!("Δ{o}")).collect();
-        format!(
-            "G{k}: {} from nodes in {}",
-            outputs.join(", "),
-            inputs.join(" × ")
-        )
-    });
+    let grids = contents.grid_list.iter().enumerate();
+    let grids = grids.map(|(k, grid)| format!("G{k}: {}", grid_in_words(grid)));
     Ok(TablesShown {
         size: contents.size,
         instructions: count,
@@ -158,6 +149,19 @@ pub fn tables(subject: &Subject<'_>, runtime: &Runtime<'_>) -> Result<TablesShow
         grids: grids.collect(),
         axes: axes.collect(),
     })
+}
+
+fn grid_in_words(grid: &GridEntry) -> String {
+    let inputs = grid.inputs.iter();
+    let inputs: Vec<String> = inputs
+        .map(|i| format!("{} ({})", i.input, i.points))
+        .collect();
+    let outputs: Vec<String> = grid.outputs.iter().map(|o| format!("Δ{o}")).collect();
+    format!(
+        "{} from nodes in {}",
+        outputs.join(", "),
+        inputs.join(" × ")
+    )
 }
 
 /// The shortest decimal number that rounds to an f32.
@@ -210,35 +214,7 @@ fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<TableCurve> {
     });
     tables
         .map(|(entry, bank, table)| {
-            let sample = |k: usize| compensation.sample(table, k).map_or(0.0, f64::from);
-            let points = bank.points as usize;
-            let nodes = match (bank.interpolation, bank.modulo) {
-                (Interpolation::Linear, false) => points,
-                (Interpolation::Cubic, false) => points - 2,
-                // The first point again, at the end of the period.
-                (_, true) => points + 1,
-            };
-            let value = |node: usize| match bank.interpolation {
-                Interpolation::Linear => sample(node % points),
-                // The uniform cubic B-spline at the start of an interval.
-                Interpolation::Cubic => {
-                    let c = |k: usize| sample((node + k) % points);
-                    (c(0) + 4.0 * c(1) + c(2)) / 6.0
-                }
-            };
-            let terms = contents.term_list.iter();
-            let mut with =
-                terms.filter(|term| term.tables.iter().any(|t| usize::from(*t) == table));
-            let first = with.clone().next();
-            let alone = with.all(|term| {
-                term.tables.len() == 1
-                    && Some(is_rotary(term.output)) == first.map(|t| is_rotary(t.output))
-            });
-            let unit = match (alone, first) {
-                (true, Some(term)) if is_rotary(term.output) => "deg",
-                (true, Some(_)) => "mm",
-                _ => "factor",
-            };
+            let values = values(compensation, bank, table);
             let at = |node: usize| {
                 let at = f64::from(bank.start) + node as f64 * f64::from(bank.step);
                 wide(at as f32)
@@ -247,15 +223,51 @@ fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<TableCurve> {
                 name: format!("T{table}"),
                 input: entry.input.clone(),
                 input_unit: unit_of(&entry.input).to_owned(),
-                unit: unit.to_owned(),
+                unit: unit_of_table(contents, table).to_owned(),
                 interpolation: entry.interpolation.to_owned(),
                 direction: entry.direction.to_owned(),
                 is_endless: entry.modulo,
-                at: (0..nodes).map(at).collect(),
-                values: (0..nodes).map(|node| wide(value(node) as f32)).collect(),
+                at: (0..values.len()).map(at).collect(),
+                values,
             }
         })
         .collect()
+}
+
+/// The values of a table at the nodes of its bank.
+fn values(compensation: &Largest<'_>, bank: &Bank, table: usize) -> Vec<f64> {
+    let sample = |k: usize| compensation.sample(table, k).map_or(0.0, f64::from);
+    let points = bank.points as usize;
+    let nodes = match (bank.interpolation, bank.modulo) {
+        (Interpolation::Linear, false) => points,
+        (Interpolation::Cubic, false) => points - 2,
+        // The first point again, at the end of the period.
+        (_, true) => points + 1,
+    };
+    let value = |node: usize| match bank.interpolation {
+        Interpolation::Linear => sample(node % points),
+        // The uniform cubic B-spline at the start of an interval.
+        Interpolation::Cubic => {
+            let c = |k: usize| sample((node + k) % points);
+            (c(0) + 4.0 * c(1) + c(2)) / 6.0
+        }
+    };
+    (0..nodes).map(|node| wide(value(node) as f32)).collect()
+}
+
+/// The unit of a table's values, unless it is a factor of a product or corrects axes of both kinds.
+fn unit_of_table(contents: &Contents<'_>, table: usize) -> &'static str {
+    let terms = contents.term_list.iter();
+    let mut with = terms.filter(|term| term.tables.iter().any(|t| usize::from(*t) == table));
+    let Some(first) = with.clone().next().map(|term| is_rotary(term.output)) else {
+        return "factor";
+    };
+    let alone = with.all(|term| term.tables.len() == 1 && is_rotary(term.output) == first);
+    match (alone, first) {
+        (true, true) => "deg",
+        (true, false) => "mm",
+        (false, _) => "factor",
+    }
 }
 
 /// The correction of an axis along the axis with which it varies most.
@@ -281,11 +293,7 @@ fn along(machine: &Machine, runtime: &Runtime<'_>, output: usize) -> Option<Corr
             })
             .collect()
     };
-    let varies = |values: &[f64]| {
-        let (low, high) =
-            (values.iter()).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
-        high - low
-    };
+    let varies = |values: &[f64]| range(values.iter());
     let all = (0..machine.axes.len()).map(|moved| (moved, curve(moved, 1.0)));
     let (moved, positive) = all.max_by(|a, b| varies(&a.1).total_cmp(&varies(&b.1)))?;
     if varies(&positive) == 0.0 {
@@ -370,8 +378,24 @@ impl LocatedValue {
     }
 
     fn class(&self) -> Class {
+        let names = self.names();
+        let words: Vec<String> = names
+            .iter()
+            .map(|(name, words)| format!("{name}: {words}"))
+            .collect();
+        Class {
+            names: names.iter().map(|(name, _)| (*name).to_owned()).collect(),
+            words: match words.is_empty() {
+                true => "nothing that depends on a position".to_owned(),
+                false => words.join("; "),
+            },
+        }
+    }
+
+    /// Types with their descriptions.
+    fn names(&self) -> Vec<(&'static str, &'static str)> {
         let volume = self.several || (self.own && (self.square || self.straight));
-        let mut names: Vec<(&str, &str)> = Vec::new();
+        let mut names = Vec::new();
         if volume {
             names.push(match self.orientation {
                 true => (
@@ -400,17 +424,7 @@ impl LocatedValue {
                 false => ("R-RAX", "radial and axial errors of rotary axes"),
             });
         }
-        let words: Vec<String> = names
-            .iter()
-            .map(|(name, words)| format!("{name}: {words}"))
-            .collect();
-        Class {
-            names: names.iter().map(|(name, _)| (*name).to_owned()).collect(),
-            words: match words.is_empty() {
-                true => "nothing that depends on a position".to_owned(),
-                false => words.join("; "),
-            },
-        }
+        names
     }
 }
 

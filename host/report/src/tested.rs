@@ -4,12 +4,12 @@
 use super::Subject;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use trueaxis_measure::ballbar::{BallBar, BallBarTurns, Circle, PathPoint, tip};
-use trueaxis_measure::direct::iso230_2::analysis;
-use trueaxis_measure::direct::{AxisRuns, MeasurementSetup, RunColumn};
+use trueaxis_direct::ballbar::{BallBar, BallBarTurns, Circle, PathPoint, tip};
+use trueaxis_direct::iso230_2::analysis;
+use trueaxis_direct::{AxisRuns, MeasurementSetup, RunColumn};
 use trueaxis_model::explain::{Bench, Sense};
-use trueaxis_model::machine::PerAxis;
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::machine::{Axis, PerAxis};
+use trueaxis_model::validate::Runtime;
 
 /// Lengths of ball-bars (mm); the longest that the travels permit is used.
 const BARS: [f64; 6] = [300.0, 250.0, 150.0, 100.0, 50.0, 25.0];
@@ -19,6 +19,13 @@ const STEPS: i32 = 240;
 const OVERSHOOT: i32 = 30;
 /// Number of targets along an axis and along a diagonal.
 const TARGETS: u32 = 20;
+/// Directions of the body diagonals along X, Y and Z.
+const DIAGONALS: [[f64; 3]; 4] = [
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, -1.0],
+];
 
 /// Predicted test results.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -108,25 +115,14 @@ pub struct PositioningFound {
 
 /// Simulates all tests.
 pub fn tests(subject: &Subject<'_>, remarks: &mut Vec<String>) -> Tests {
-    let (machine, errors) = (subject.machine, subject.errors);
-    let bench = Bench::new(machine, errors, Default::default());
-    let runtime = subject.compensation.map(|c| c.runtime);
-    let home = machine.to_command(&bench.home());
-    // Linear axes in the middle of their travels, rotary ones at zero.
-    let middle = |i: usize| {
-        let axis = &machine.axes[i];
-        match axis.letter.is_rotary() {
-            true => home[i],
-            false => 0.5 * (axis.travel[0] + axis.travel[1]),
-        }
-    };
-    let centre: Vec<f64> = (0..machine.axes.len()).map(middle).collect();
-    let places = machine.axes.iter().zip(&centre);
+    let machine = subject.machine;
+    let bench = Bench::new(machine, subject.errors, Default::default());
+    let simulated = SimulatedTests::new(&bench, subject.compensation.map(|c| c.runtime));
+    let places = machine.axes.iter().zip(&simulated.centre);
     let at: Vec<String> = places
         .map(|(axis, q)| format!("{} = {}", axis.letter, crate::picture::tick(*q)))
         .collect();
-    let linear = bench.linear();
-    let positioning = linear.map(|i| positioning(&bench, i, &centre, runtime));
+    let positioning = bench.linear().map(|i| simulated.positioning(i));
     let mut tests = Tests {
         at: at.join(", "),
         positioning: positioning.collect(),
@@ -139,90 +135,75 @@ pub fn tests(subject: &Subject<'_>, remarks: &mut Vec<String>) -> Tests {
         );
         return tests;
     };
-    for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-        if let Some(found) = circular(&bench, axes, [a, b], &centre, runtime) {
-            tests.circles.push(found);
-        }
-    }
+    let circles = [[0, 1], [1, 2], [2, 0]].into_iter();
+    let circles = circles.filter_map(|plane| simulated.circular(axes, plane));
+    tests.circles = circles.collect();
     if tests.circles.len() < 3 {
         remarks.push(format!(
             "Travels of less than {} mm have no room for a circular test.",
             2.0 * BARS[BARS.len() - 1]
         ));
     }
-    for signs in [
-        [1.0, 1.0, 1.0],
-        [-1.0, 1.0, 1.0],
-        [1.0, -1.0, 1.0],
-        [1.0, 1.0, -1.0],
-    ] {
-        tests
-            .diagonals
-            .push(diagonal(&bench, axes, signs, &centre, runtime));
-    }
+    let diagonals = DIAGONALS.map(|signs| simulated.diagonal(axes, signs));
+    tests.diagonals = diagonals.to_vec();
     tests
 }
 
-/// A circle in the plane of two of X, Y and Z; `None` if no bar is short enough.
-fn circular(
-    bench: &Bench<'_>,
-    axes: [usize; 3],
-    [a, b]: [usize; 2],
-    centre: &[f64],
-    runtime: Option<&Runtime<'_>>,
-) -> Option<CircularTest> {
-    let travel = |k: usize| bench.machine.axes[axes[k]].travel;
-    let half = |k: usize| 0.5 * (travel(k)[1] - travel(k)[0]);
-    let room = half(a).min(half(b));
-    let radius = BARS.into_iter().find(|radius| *radius <= room)?;
-    let angle = |step: i32| (f64::from(step) * 360.0 / f64::from(STEPS)).to_radians();
-    let place = |step: i32, is_read: bool| {
+/// Angle (rad) of a step around a circle.
+fn angle(step: i32) -> f64 {
+    (f64::from(step) * 360.0 / f64::from(STEPS)).to_radians()
+}
+
+/// The path of a circular test in both directions, around the centre; axes are counted from X.
+fn circular_path([a, b]: [usize; 2], radius: f64) -> Vec<PathPoint> {
+    let place = |step: i32| {
         let mut at = [0.0; 3];
-        (at[a], at[b]) = (
-            radius * libm::cos(angle(step)),
-            radius * libm::sin(angle(step)),
-        );
-        PathPoint { at, is_read }
+        at[a] = radius * libm::cos(angle(step));
+        at[b] = radius * libm::sin(angle(step));
+        PathPoint {
+            at,
+            is_read: (0..=STEPS).contains(&step),
+        }
     };
-    let is_read = |step: i32| (0..=STEPS).contains(&step);
-    let forth = (-OVERSHOOT..=STEPS + OVERSHOOT).map(|k| place(k, is_read(k)));
-    let back = (-OVERSHOOT..=STEPS + OVERSHOOT)
-        .rev()
-        .map(|k| place(k, is_read(k)));
-    let path: Vec<PathPoint> = forth.chain(back).collect();
-    let bar = BallBar::new(bench, axes, centre.to_vec());
-    bar.reaches(&path).ok()?;
-    let found = |runtime: Option<&Runtime<'_>>| {
-        let readings = bar.read(&path, runtime);
-        let steps = (0..=STEPS).chain((0..=STEPS).rev());
-        let all: Vec<(f64, f64)> = steps
-            .zip(&readings)
-            .map(|(step, read)| (angle(step), read.deviation))
-            .collect();
-        let (forth, back) = all.split_at(STEPS as usize + 1);
-        let turns = BallBarTurns {
-            counter_clockwise: forth.to_vec(),
-            clockwise: back.to_vec(),
-        };
-        let circle = Circle::of(radius, &turns).ok()?;
-        Some(CircleFound {
-            deviation_um: circle.bidirectional? * 1e3,
-            radial_um: circle.radial.map(|r| r * 1e3),
-            hysteresis_um: circle.hysteresis? * 1e3,
-            angles_deg: all.iter().map(|(angle, _)| angle.to_degrees()).collect(),
-            readings_um: all.iter().map(|(_, reading)| reading * 1e3).collect(),
-        })
+    let steps = -OVERSHOOT..=STEPS + OVERSHOOT;
+    let both = steps.clone().chain(steps.rev());
+    both.map(place).collect()
+}
+
+/// What a ball-bar reads along a circular path.
+fn circle_found(
+    bar: &BallBar<'_>,
+    path: &[PathPoint],
+    radius: f64,
+    runtime: Option<&Runtime<'_>>,
+) -> Option<CircleFound> {
+    let readings = bar.read(path, runtime);
+    let steps = (0..=STEPS).chain((0..=STEPS).rev());
+    let all: Vec<(f64, f64)> = steps
+        .zip(&readings)
+        .map(|(step, read)| (angle(step), read.deviation))
+        .collect();
+    let (forth, back) = all.split_at(STEPS as usize + 1);
+    let turns = BallBarTurns {
+        counter_clockwise: forth.to_vec(),
+        clockwise: back.to_vec(),
     };
-    let letter = |k: usize| ['X', 'Y', 'Z'][k];
-    Some(CircularTest {
-        plane: [a, b].map(letter).iter().collect(),
-        radius_mm: radius,
-        before: found(None)?,
-        after: runtime.and_then(|runtime| found(Some(runtime))),
+    let circle = Circle::of(radius, &turns).ok()?;
+    Some(CircleFound {
+        deviation_um: circle.bidirectional? * 1e3,
+        radial_um: circle.radial.map(|r| r * 1e3),
+        hysteresis_um: circle.hysteresis? * 1e3,
+        angles_deg: all.iter().map(|(angle, _)| angle.to_degrees()).collect(),
+        readings_um: all.iter().map(|(_, reading)| reading * 1e3).collect(),
     })
 }
 
-/// Deviations (µm) along a straight path, outward and back, relative to its start. `position` gives positions and
+/// Targets of a straight path, as fractions of it.
+fn targets() -> impl Iterator<Item = f64> {
+    (0..=TARGETS).map(|k| f64::from(k) / f64::from(TARGETS))
+}
+
+/// Deviations (µm) along a straight path, outward and back, relative to its start. `at` gives positions and
 /// directions of approach at fractions of the path.
 fn along(
     bench: &Bench<'_>,
@@ -236,118 +217,159 @@ fn along(
         (actual - nominal).dot(&way) * 1e3
     };
     let start = deviation(0.0, 1.0);
-    let parts = || (0..=TARGETS).map(|k| f64::from(k) / f64::from(TARGETS));
     [1.0, -1.0].map(|direction| {
-        parts()
+        targets()
             .map(|part| deviation(part, direction) - start)
             .collect()
     })
 }
 
-fn range(both: &[Vec<f64>; 2]) -> f64 {
-    let all = both.iter().flatten();
+/// The difference of the largest and the smallest value.
+pub(crate) fn range<'v>(all: impl Iterator<Item = &'v f64>) -> f64 {
     let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
     high - low
 }
 
-fn diagonal(
-    bench: &Bench<'_>,
-    axes: [usize; 3],
-    signs: [f64; 3],
-    centre: &[f64],
-    runtime: Option<&Runtime<'_>>,
-) -> Diagonal {
-    let machine = bench.machine;
-    let ends = [0, 1, 2].map(|k| {
-        let [low, high] = machine.axes[axes[k]].travel;
-        if signs[k] > 0.0 {
-            [low, high]
-        } else {
-            [high, low]
-        }
-    });
-    let at = |part: f64, direction: f64| {
-        let mut position = centre.to_vec();
-        let mut coming = PerAxis::default();
-        for k in 0..3 {
-            position[axes[k]] = ends[k][0] + part * (ends[k][1] - ends[k][0]);
-            coming[axes[k]] = signs[k] * direction;
-        }
-        (position, coming)
+/// `+X+Y−Z`
+fn diagonal_name(signs: [f64; 3]) -> String {
+    let all = signs.into_iter().zip(['X', 'Y', 'Z']);
+    all.map(|(sign, letter)| format!("{}{letter}", if sign > 0.0 { '+' } else { '−' }))
+        .collect()
+}
+
+/// Evaluates deviations (µm) of an axis at its targets by ISO 230-2.
+fn positioning_found(runs: AxisRuns, deviations: [Vec<f64>; 2]) -> PositioningFound {
+    let column = |direction: usize| RunColumn {
+        direction: [1.0, -1.0][direction],
+        readings: deviations[direction].iter().map(|d| d * 1e-3).collect(),
     };
-    let nominal = |part| bench.nominal(&machine.to_kinematic(&at(part, 1.0).0)).t;
-    let whole = nominal(1.0) - nominal(0.0);
-    let way = whole.normalize();
-    let before = along(bench, None, way, at);
-    let after = runtime.map(|runtime| along(bench, Some(runtime), way, at));
-    let name = signs.iter().zip(['X', 'Y', 'Z']);
-    let name =
-        name.map(|(sign, letter)| format!("{}{letter}", if *sign > 0.0 { '+' } else { '−' }));
-    let length = whole.norm();
-    Diagonal {
-        name: name.collect(),
-        length_mm: length,
-        at_mm: (0..=TARGETS)
-            .map(|k| length * f64::from(k) / f64::from(TARGETS))
-            .collect(),
-        systematic_before_um: range(&before),
-        systematic_after_um: after.as_ref().map(range),
-        before_um: before,
-        after_um: after,
+    let analysis = analysis(&AxisRuns {
+        columns: vec![column(0), column(1)],
+        ..runs
+    });
+    let um = |mm: Option<f64>| mm.map(|mm| mm * 1e3);
+    PositioningFound {
+        systematic_um: um(analysis.systematic_deviation[2]),
+        mean_range_um: um(analysis.range_of_mean_deviations),
+        reversal_um: um(analysis.reversal),
+        deviations_um: deviations,
     }
 }
 
-fn positioning(
-    bench: &Bench<'_>,
-    index: usize,
-    centre: &[f64],
-    runtime: Option<&Runtime<'_>>,
-) -> Positioning {
-    let machine = bench.machine;
-    let [low, high] = machine.axes[index].travel;
-    let target = |part: f64| low + part * (high - low);
-    let at = |part: f64, direction: f64| {
-        let mut position = centre.to_vec();
-        let mut coming = PerAxis::default();
-        position[index] = target(part);
-        coming[index] = direction;
-        (position, coming)
-    };
-    let way = bench.way(&machine.to_kinematic(centre), index);
-    let targets: Vec<f64> = (0..=TARGETS)
-        .map(|k| target(f64::from(k) / f64::from(TARGETS)))
-        .collect();
-    let found = |runtime: Option<&Runtime<'_>>| {
-        let deviations = along(bench, runtime, way, at);
-        let column = |direction: usize| RunColumn {
-            direction: [1.0, -1.0][direction],
-            readings: deviations[direction].iter().map(|d| d * 1e-3).collect(),
+/// Tests of a machine around a point of its travels.
+struct SimulatedTests<'a> {
+    bench: &'a Bench<'a>,
+    /// Position (mm, deg) of each axis: linear ones in the middle of their travels, rotary ones at zero.
+    centre: Vec<f64>,
+    /// Tables.
+    runtime: Option<&'a Runtime<'a>>,
+}
+
+impl<'a> SimulatedTests<'a> {
+    fn new(bench: &'a Bench<'a>, runtime: Option<&'a Runtime<'a>>) -> Self {
+        let machine = bench.machine;
+        let home = machine.to_command(&bench.home());
+        let middle = |(axis, home): (&Axis, &f64)| match axis.letter.is_rotary() {
+            true => *home,
+            false => 0.5 * (axis.travel[0] + axis.travel[1]),
         };
-        let analysis = analysis(&AxisRuns {
+        Self {
+            bench,
+            centre: machine.axes.iter().zip(&home).map(middle).collect(),
+            runtime,
+        }
+    }
+
+    /// A circle in the plane of two of X, Y and Z; `None` if no bar is short enough.
+    fn circular(&self, axes: [usize; 3], plane: [usize; 2]) -> Option<CircularTest> {
+        let [a, b] = plane.map(|k| {
+            let [low, high] = self.bench.machine.axes[axes[k]].travel;
+            0.5 * (high - low)
+        });
+        let room = a.min(b);
+        let radius = BARS.into_iter().find(|radius| *radius <= room)?;
+        let path = circular_path(plane, radius);
+        let bar = BallBar::new(self.bench, axes, self.centre.clone());
+        bar.reaches(&path).ok()?;
+        Some(CircularTest {
+            plane: plane.iter().map(|k| ['X', 'Y', 'Z'][*k]).collect(),
+            radius_mm: radius,
+            before: circle_found(&bar, &path, radius, None)?,
+            after: (self.runtime)
+                .and_then(|runtime| circle_found(&bar, &path, radius, Some(runtime))),
+        })
+    }
+
+    fn diagonal(&self, axes: [usize; 3], signs: [f64; 3]) -> Diagonal {
+        let (bench, machine) = (self.bench, self.bench.machine);
+        let ends = [0, 1, 2].map(|k| {
+            let [low, high] = machine.axes[axes[k]].travel;
+            if signs[k] > 0.0 {
+                [low, high]
+            } else {
+                [high, low]
+            }
+        });
+        let at = |part: f64, direction: f64| {
+            let mut position = self.centre.clone();
+            let mut coming = PerAxis::default();
+            for k in 0..3 {
+                position[axes[k]] = ends[k][0] + part * (ends[k][1] - ends[k][0]);
+                coming[axes[k]] = signs[k] * direction;
+            }
+            (position, coming)
+        };
+        let nominal = |part| bench.nominal(&machine.to_kinematic(&at(part, 1.0).0)).t;
+        let whole = nominal(1.0) - nominal(0.0);
+        let way = whole.normalize();
+        let before = along(bench, None, way, at);
+        let after = (self.runtime).map(|runtime| along(bench, Some(runtime), way, at));
+        let length = whole.norm();
+        Diagonal {
+            name: diagonal_name(signs),
+            length_mm: length,
+            at_mm: (0..=TARGETS)
+                .map(|k| length * f64::from(k) / f64::from(TARGETS))
+                .collect(),
+            systematic_before_um: range(before.iter().flatten()),
+            systematic_after_um: after.as_ref().map(|after| range(after.iter().flatten())),
+            before_um: before,
+            after_um: after,
+        }
+    }
+
+    fn positioning(&self, index: usize) -> Positioning {
+        let machine = self.bench.machine;
+        let [low, high] = machine.axes[index].travel;
+        let target = |part: f64| low + part * (high - low);
+        let at = |part: f64, direction: f64| {
+            let mut position = self.centre.clone();
+            let mut coming = PerAxis::default();
+            position[index] = target(part);
+            coming[index] = direction;
+            (position, coming)
+        };
+        let centre = machine.to_kinematic(&self.centre);
+        let way = self.bench.way(&centre, index);
+        let runs = AxisRuns {
             setup: MeasurementSetup {
                 moved: index,
                 sense: Sense::In(index),
                 counts: 1.0,
-                at: machine.to_kinematic(centre),
+                at: centre,
                 offset: Vector3::zeros(),
                 keeps_slope: false,
             },
-            targets: targets.clone(),
-            columns: vec![column(0), column(1)],
-        });
-        let um = |mm: Option<f64>| mm.map(|mm| mm * 1e3);
-        PositioningFound {
-            systematic_um: um(analysis.systematic_both),
-            mean_range_um: um(analysis.mean_range),
-            reversal_um: um(analysis.reversal),
-            deviations_um: deviations,
+            targets: targets().map(target).collect(),
+            columns: Vec::new(),
+        };
+        let found = |runtime| positioning_found(runs.clone(), along(self.bench, runtime, way, at));
+        Positioning {
+            axis: machine.axes[index].letter.char(),
+            before: found(None),
+            after: self.runtime.map(|runtime| found(Some(runtime))),
+            at_mm: runs.targets.clone(),
         }
-    };
-    Positioning {
-        axis: machine.axes[index].letter.char(),
-        before: found(None),
-        after: runtime.map(|runtime| found(Some(runtime))),
-        at_mm: targets,
     }
 }
 

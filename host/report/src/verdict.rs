@@ -3,7 +3,7 @@
 use super::words::{capital, figure, rounded_up, sensible};
 use super::{ErrorKnowledge, Share, Volumetric};
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
-use trueaxis_tables::validate::{Quality, Statistics};
+use trueaxis_model::validate::{Quality, Statistics};
 
 /// Mean errors below this (µm, µrad) count as zero.
 const NOTHING: f64 = 5e-5;
@@ -95,10 +95,7 @@ fn expected(volumetric: &Volumetric, errors: &ErrorModel) -> Option<String> {
     };
     let exact = match known.exact {
         0 => String::new(),
-        exact => format!(
-            ", of which {exact} of {} count as exact",
-            exact + known.uncertain
-        ),
+        n => format!(", of which {n} of {} count as exact", n + known.uncertain),
     };
     Some(format!(
         "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst{and_direction} (each with 95 % probability, over the {}). This includes the uncertainty of the parameters{exact}, and the remaining error of the tables.{direction}",

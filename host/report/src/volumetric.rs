@@ -1,13 +1,13 @@
 //! The volumetric error over the travel: without correction, with the tables, and with the best possible correction.
 
-use super::{ReportError, Subject};
+use super::{ReportError, ReportedCompensation, Subject};
 use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::Switches;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
-use trueaxis_tables::uncertainty::{over_travel, probed_zone};
-use trueaxis_tables::validate::{Command, Quality, Region, Statistics, direction, random_commands};
+use trueaxis_model::uncertainty::{over_travel, probed_zone};
+use trueaxis_model::validate::{Command, Quality, Region, Statistics, direction, random_commands};
 
 /// Number of random positions, unless a verification of a compensation has its own.
 pub const POSITIONS: usize = 5000;
@@ -94,46 +94,64 @@ pub fn volumetric(
     subject: &Subject<'_>,
     remarks: &mut Vec<String>,
 ) -> Result<Volumetric, ReportError> {
-    let kinematics = Kinematics::new(subject.machine, subject.errors).with_policy(subject.policy);
+    let known = knowledge(subject)?;
+    match subject.compensation {
+        Some(compensation) => Ok(verified(&compensation, known)),
+        None => uncorrected(subject, known, remarks),
+    }
+}
+
+/// The errors that uncertain parameters leave, without and with the tables.
+fn knowledge(subject: &Subject<'_>) -> Result<Option<ErrorKnowledge>, ReportError> {
+    let (machine, errors) = (subject.machine, subject.errors);
+    let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
     let known = match subject.compensation {
         Some(compensation) => compensation.uncertainty.cloned(),
         None => over_travel(&kinematics, subject.seed)?,
     };
-    let after = match &known {
-        Some(found) if found.zone.is_some() && subject.compensation.is_some() => {
-            let zone = probed_zone(subject.machine, subject.errors);
-            let zone = Kinematics::new(&zone, subject.errors);
-            let commands = random_commands(&zone, Region::Travel, POSITIONS, subject.seed)?;
-            Some(remaining(subject, &commands)?)
-        }
-        _ => None,
-    };
-    let known = known.map(|found| ErrorKnowledge {
+    let Some(found) = known else { return Ok(None) };
+    let mut after = None;
+    if found.zone.is_some() && subject.compensation.is_some() {
+        let zone = probed_zone(machine, errors);
+        let zone = Kinematics::new(&zone, errors);
+        let commands = random_commands(&zone, Region::Travel, POSITIONS, subject.seed)?;
+        after = Some(remaining(subject, &commands)?);
+    }
+    Ok(Some(ErrorKnowledge {
         at_most: found.at_most,
         is_of_zone: found.zone.is_some(),
         after,
-        is_direction_measured: subject.errors.is_direction_measured(),
+        is_direction_measured: errors.is_direction_measured(),
         coverage: found.zone.unwrap_or(found.travel),
         uncertain: found.parameters + found.tables,
         exact: found.exact + found.exact_tables,
-    });
-    if let Some(compensation) = subject.compensation {
-        let (all, inside) = (
-            &compensation.verification.travel,
-            compensation.verification.inside(),
-        );
-        return Ok(Volumetric {
-            positions: all.positions,
-            before: all.before,
-            after: Some(all.after),
-            kinematic: Some(all.kinematic),
-            difference_um: Some(inside.difference_um),
-            difference_urad: Some(inside.difference_urad),
-            meets_tolerance: Some(inside.meets(compensation.tolerance_um)),
-            um_per_mm_of_tool_length: compensation.verification.um_per_mm_of_tool_length,
-            known,
-        });
+    }))
+}
+
+/// The figures of a compensation's verification.
+fn verified(compensation: &ReportedCompensation<'_>, known: Option<ErrorKnowledge>) -> Volumetric {
+    let verification = compensation.verification;
+    let (all, inside) = (&verification.travel, verification.inside());
+    Volumetric {
+        positions: all.positions,
+        before: all.before,
+        after: Some(all.after),
+        kinematic: Some(all.kinematic),
+        difference_um: Some(inside.difference_um),
+        difference_urad: Some(inside.difference_urad),
+        meets_tolerance: Some(inside.meets(compensation.tolerance_um)),
+        um_per_mm_of_tool_length: verification.um_per_mm_of_tool_length,
+        known,
     }
+}
+
+/// Errors at random positions, without correction and with the exact kinematic one.
+fn uncorrected(
+    subject: &Subject<'_>,
+    known: Option<ErrorKnowledge>,
+    remarks: &mut Vec<String>,
+) -> Result<Volumetric, ReportError> {
+    let kinematics = Kinematics::new(subject.machine, subject.errors).with_policy(subject.policy);
     let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
     let found: Vec<([f64; 2], Option<[f64; 2]>)> = parallel::map(&commands, |command| {
         let (q, situation) = command.kinematic(subject.machine);

@@ -97,12 +97,21 @@ pub fn parameter_in_words(parameter: Parameter) -> String {
     described(parameter, &EntryKind::Parameter(0.0))
 }
 
+/// An inter-axis error along or about a direction of the machine.
+fn location(axis: char, about: char, angular: bool) -> String {
+    match (axis, angular) {
+        ('S', false) => format!("the spindle's {about} position"),
+        ('S', true) => format!("the spindle's inclination about {about}"),
+        (_, true) if is_rotary(axis) && about == along(axis) => {
+            format!("the zero position of axis {axis}")
+        }
+        (_, false) => format!("the {about} position of axis {axis}"),
+        (_, true) => format!("the inclination of axis {axis} about {about}"),
+    }
+}
+
 fn described(parameter: Parameter, said: &EntryKind) -> String {
-    let Parameter {
-        component,
-        axis,
-        kind,
-    } = parameter;
+    let (component, axis, kind) = (parameter.component, parameter.axis, parameter.kind);
     let about = AXES[component % 3];
     let angular = parameter.is_angular();
     let own = along(axis);
@@ -111,13 +120,7 @@ fn described(parameter: Parameter, said: &EntryKind) -> String {
     let words = match (said, kind) {
         (EntryKind::Table, _) => format!("{}, as measured", motion()),
         (EntryKind::TableReversal, _) => format!("{}, between its two directions", motion()),
-        (_, ParameterKind::Inter) => match (axis, angular) {
-            ('S', false) => format!("the spindle's {about} position"),
-            ('S', true) => format!("the spindle's inclination about {about}"),
-            (_, true) if rotary && about == own => format!("the zero position of axis {axis}"),
-            (_, false) => format!("the {about} position of axis {axis}"),
-            (_, true) => format!("the inclination of axis {axis} about {about}"),
-        },
+        (_, ParameterKind::Inter) => location(axis, about, angular),
         (_, ParameterKind::Backlash) if angular == rotary && about == own => {
             format!("the backlash of {axis}")
         }

@@ -5,12 +5,12 @@ use super::{ReportError, Subject, Volumetric};
 use serde::{Deserialize, Serialize};
 use trueaxis::Travel;
 use trueaxis_model::errors::{ErrorModel, Switches};
-use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::kinematics::{Kinematics, Twist};
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
+use trueaxis_model::uncertainty::Uncertain;
+use trueaxis_model::validate::{Command, Quality, Region, direction, random_commands};
 use trueaxis_tables::compile::seed_over_travel;
-use trueaxis_tables::uncertainty::Uncertain;
-use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
 
 /// Rounds of a search, with the fraction of an axis that each covers on both sides: twice the whole axis, because
 /// the others have moved in between, then closer.
@@ -62,6 +62,15 @@ pub enum Of {
     Direction,
 }
 
+impl Of {
+    fn size(self, machine: &Machine, error: &Twist) -> f64 {
+        match self {
+            Self::Tip => error.t.norm(),
+            Self::Direction => direction(machine, error),
+        }
+    }
+}
+
 /// An error at a command.
 pub type RemainingError<'a> = dyn Fn(&Command, Of) -> f64 + Sync + 'a;
 
@@ -80,11 +89,7 @@ pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, Rep
     let search = WorstSearch { machine, errors };
     let with = |command: &Command, dq: &PerAxis, of: Of| {
         let (q, situation) = command.kinematic(machine);
-        let error = kinematics.volumetric_error(&q, dq, &situation);
-        match of {
-            Of::Tip => error.t.norm(),
-            Of::Direction => direction(machine, &error),
-        }
+        of.size(machine, &kinematics.volumetric_error(&q, dq, &situation))
     };
     let before = |command: &Command, of: Of| with(command, &zero, of);
     let mut worst = Worst {
@@ -105,17 +110,7 @@ pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, Rep
         search.raise(best, few, &left);
     }
     if let Some(known) = &mut found.known {
-        let covariance = errors.covariance();
-        let uncertain = Uncertain::new(machine, errors, &covariance);
-        let left = |command: &Command, of: Of| {
-            let (q, situation) = command.kinematic(machine);
-            let leaves = uncertain.leaves(&q, &situation);
-            match of {
-                Of::Tip => leaves.tip_band(),
-                Of::Direction => leaves.direction_band(),
-            }
-        };
-        search.raise(&mut known.coverage, few, &left);
+        search.raise_coverage(&mut known.coverage, few);
     }
     Ok(worst)
 }
@@ -137,6 +132,21 @@ impl WorstSearch<'_> {
         for of in [Of::Tip, Of::Direction] {
             self.raise_of(of, found, commands, left);
         }
+    }
+
+    /// Raises the maxima of what uncertain parameters leave.
+    fn raise_coverage(&self, coverage: &mut Quality, commands: &[Command]) {
+        let covariance = self.errors.covariance();
+        let uncertain = Uncertain::new(self.machine, self.errors, &covariance);
+        let left = |command: &Command, of: Of| {
+            let (q, situation) = command.kinematic(self.machine);
+            let leaves = uncertain.leaves(&q, &situation);
+            match of {
+                Of::Tip => leaves.tip_band(),
+                Of::Direction => leaves.direction_band(),
+            }
+        };
+        self.raise(coverage, commands, &left);
     }
 
     /// Raises one of the two maxima.

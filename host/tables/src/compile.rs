@@ -18,20 +18,22 @@ use crate::schemes::{self, Effort, Finder, Scheme, SchemeError};
 pub use crate::size::Size;
 use crate::target::Shortage;
 use crate::target::Target;
-use crate::validate::{DrawError, Runtime};
 pub use best::{Best, FINEST, TOLERANCES, best};
 pub use bounds::{AxisBounds, REVERSAL};
 pub use limits::TooFast;
+pub(crate) use proof::prove_held;
 pub use proof::seed_over_travel;
-pub use proof::{Held, Mismatch, Proof, belongs, prove, prove_held};
+pub use proof::{Held, Mismatch, Proof, belongs, prove};
 pub use room::Full;
 use trueaxis::{AlignedBlob, EncodeError, LoadError};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::{DrawError, Runtime};
 pub use verdict::Refusal;
 pub use verify::{VerifyOutcome, VerifyRequest, verify};
-pub use warnings::{Culprit, Warning, over_bounds, worse};
+pub(crate) use warnings::over_bounds;
+pub use warnings::{Culprit, Warning, worse};
 
 /// What to make, and how thoroughly to prove it.
 #[derive(Clone, Debug, PartialEq)]
@@ -308,7 +310,7 @@ fn build_with(
     }))
 }
 
-/// [`build`], then [`prove_held`] on the resulting bytes.
+/// [`build`], then a [`Proof`] of the resulting bytes.
 ///
 /// # Errors
 /// [`CompileError`].

@@ -1,14 +1,14 @@
 //! What a compensation consists of, in words and numbers: axes, banks, terms, grids.
 
-use crate::policy::PolicyName;
 use crate::size::Size;
-use crate::validate::Runtime;
 use serde::Serialize;
 use trueaxis::{
     Auxiliary, AuxiliaryKind, Axis, Bank, Direction, Grid, Interpolation, Largest, Policy,
     SampleFormat,
 };
 use trueaxis_model::errors::temperature_name;
+use trueaxis_model::policy::PolicyName;
+use trueaxis_model::validate::Runtime;
 
 /// Everything in a compensation except its samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]

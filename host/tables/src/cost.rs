@@ -1,7 +1,7 @@
 //! Cost of an evaluation on the reference target, a Cortex-M4F, in estimated instructions.
 
-use crate::validate::Runtime;
 use trueaxis::Interpolation;
+use trueaxis_model::validate::Runtime;
 
 // Counted by `cargo xtask bench-target`: a bank of nine cubic tables with its terms takes 210 instructions more than
 // a bank of one, a bank of nine linear tables 136 more: 9 per table. A bank of one cubic table takes 109 more than a

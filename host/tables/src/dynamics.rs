@@ -164,11 +164,11 @@ fn of_grid(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validate::Runtime;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
     use trueaxis::{AlignedBlob, Inputs, Travel, Travelling};
     use trueaxis_kinematics::{Branch, Letter};
+    use trueaxis_model::validate::Runtime;
 
     const HURON: &[u8] = include_bytes!("../../../tests/golden/v1/huron-13.trax");
     const EVERYTHING: &[u8] = include_bytes!("../../../tests/golden/v1/everything.trax");

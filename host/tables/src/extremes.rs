@@ -223,10 +223,10 @@ pub(crate) fn ends_inside(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validate::Runtime;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
     use trueaxis::{Inputs, Travel, Travelling};
+    use trueaxis_model::validate::Runtime;
 
     const HURON: &[u8] = include_bytes!("../../../tests/golden/v1/huron-13.trax");
     const EVERYTHING: &[u8] = include_bytes!("../../../tests/golden/v1/everything.trax");

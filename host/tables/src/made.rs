@@ -7,11 +7,11 @@ use crate::compile::{
 };
 use crate::reversal::{Reversal, reversals};
 use crate::target::Shortage;
-use crate::uncertainty::{OverTravel, over_travel};
-use crate::validate::Runtime;
 use serde::Serialize;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::uncertainty::{OverTravel, over_travel};
+use trueaxis_model::validate::Runtime;
 
 /// What was made.
 pub enum Made {

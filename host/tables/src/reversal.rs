@@ -1,10 +1,10 @@
 //! How an axis makes up its backlash, and what is left of a circle meanwhile.
 
-use crate::validate::{Command, Runtime};
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use trueaxis::{AUXILIARIES, AuxiliaryKind, Axis, Direction, Travel};
 use trueaxis_model::machine::MAX_AXES;
+use trueaxis_model::validate::{Command, Runtime};
 
 /// Number of positions along the travel at which the step is taken.
 const POSITIONS: u16 = 256;
@@ -115,7 +115,7 @@ impl Reversal {
     /// Largest distance (mm) of a linear axis from a circle of this radius (mm) at this speed (mm/s), if its error is play:
     /// the carriage rests while the command turns round, until the drive has gone through the play.
     #[must_use]
-    pub fn beside_circle(&self, radius: f64, speed: f64) -> f64 {
+    pub(crate) fn beside_circle(&self, radius: f64, speed: f64) -> f64 {
         let curve = speed * speed / radius;
         let command = |t: f64| 0.5 * curve * t * t;
         let begin = libm::sqrt(2.0 * self.reversal_threshold / curve);

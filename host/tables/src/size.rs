@@ -1,8 +1,8 @@
 //! The size of a compensation.
 
-use crate::validate::Runtime;
 use serde::{Deserialize, Serialize};
 use trueaxis::Counts;
+use trueaxis_model::validate::Runtime;
 
 /// Counts and sizes of a compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -73,7 +73,7 @@ impl Htm {
     /// Moves the inner frame by `distance` mm along its own axis `component`.
     #[must_use]
     #[inline]
-    pub fn translated_along(mut self, component: usize, distance: f64) -> Self {
+    pub(crate) fn translated_along(mut self, component: usize, distance: f64) -> Self {
         self.t += self.r.column(component) * distance;
         self
     }
@@ -81,7 +81,7 @@ impl Htm {
     /// Turns the inner frame by `angle` rad about its own axis `component`.
     #[must_use]
     #[inline]
-    pub fn rotated_about(mut self, component: usize, angle: f64) -> Self {
+    pub(crate) fn rotated_about(mut self, component: usize, angle: f64) -> Self {
         let (s, c) = sin_cos(angle);
         let (j, k) = ((component + 1) % 3, (component + 2) % 3);
         let (u, v) = (self.r.column(j).into_owned(), self.r.column(k).into_owned());

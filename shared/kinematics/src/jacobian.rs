@@ -81,7 +81,7 @@ impl Jacobian {
     ///
     /// Parallel axes (a quill) increase √det(Jl·Jlᵀ), but make none of the directions better determined.
     #[must_use]
-    pub fn linear_volume(&self) -> f64 {
+    pub(crate) fn linear_volume(&self) -> f64 {
         let mut largest = 0.0_f64;
         for i in self.linear_axes() {
             for j in self.linear_axes().filter(|j| *j > i) {
@@ -96,13 +96,13 @@ impl Jacobian {
 
     /// Independence of the rotary directions: √det(Jrᵀ·Jr), 1 if they are orthogonal or fewer than two.
     #[must_use]
-    pub fn rotary_volume(&self) -> f64 {
+    pub(crate) fn rotary_volume(&self) -> f64 {
         ComplexField::sqrt(self.gram(&Vector3::repeat(1.0)).determinant().max(0.0))
     }
 
     /// A pair of rotary axes whose directions differ by less than about `limit` rad.
     #[must_use]
-    pub fn parallel_rotary_axes(&self, limit: f64) -> Option<(usize, usize)> {
+    pub(crate) fn parallel_rotary_axes(&self, limit: f64) -> Option<(usize, usize)> {
         for i in self.rotary_axes() {
             for j in self.rotary_axes().filter(|j| *j > i) {
                 if self.r[i].cross(&self.r[j]).norm() < limit {

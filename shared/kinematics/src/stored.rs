@@ -185,100 +185,113 @@ fn read<'f>(mut rest: &'f [u8], mut points: &'f [f64]) -> Result<Stored<'f>, Sto
 impl<'f> Stored<'f> {
     /// Adds one item; tables take their points from the start of `points`.
     fn take(&mut self, item: &Item, points: &mut &'f [f64]) -> Result<(), StoredError> {
-        let n = self.machine.axes.len();
-        let motion = |index: u8, component: u8| {
-            let (index, component) = (usize::from(index), usize::from(component));
-            (index < n && component < 6).then_some((index, component))
-        };
-        let location = |index: u8, component: u8| {
-            let (index, component) = (usize::from(index), usize::from(component));
-            (index <= n && component < 6).then_some((index, component))
-        };
         let taken = match *item {
-            Item::Reference(celsius) => {
+            Item::Reference(..) | Item::Lag(..) => self.take_sensor(item),
+            Item::Location(..) | Item::LocationPerKelvin(..) => self.take_location(item),
+            Item::Motion(..) | Item::MotionPerKelvin(..) => self.take_motion(item),
+            Item::Table(place, count, both) => self.take_table(place, count, both, points),
+        };
+        taken.ok_or(StoredError::Contents)
+    }
+
+    /// Adds a sensor, or the lag of the last one.
+    fn take_sensor(&mut self, item: &Item) -> Option<()> {
+        match *item {
+            Item::Reference(celsius) if is_number(celsius) => {
                 let sensor = Sensor {
                     reading: self.sensors.len(),
                     reference: celsius,
                     lag: 0.0,
                 };
-                is_number(celsius) && self.sensors.push(sensor).is_ok()
+                self.sensors.push(sensor).ok()
             }
-            Item::Lag(reading, lag) => {
+            Item::Lag(reading, lag) if lag >= 0.0 && is_number(lag) => {
                 let reading = usize::from(reading);
-                let right = reading < MAX_SENSORS && lag >= 0.0 && is_number(lag);
-                let last = self.sensors.last_mut().filter(|_| right);
-                last.is_some_and(|last| {
-                    *last = Sensor {
-                        reading,
-                        lag,
-                        ..*last
-                    };
-                    true
-                })
+                let last = self.sensors.last_mut().filter(|_| reading < MAX_SENSORS)?;
+                (last.reading, last.lag) = (reading, lag);
+                Some(())
             }
-            Item::Location([index, component], value) => {
-                let place = location(index, component).filter(|_| is_number(value));
-                place.is_some_and(|(index, component)| {
-                    self.errors.inter[index][component] = value;
-                    true
-                })
-            }
-            Item::LocationPerKelvin([index, component], sensor, per_kelvin) => {
-                let place = location(index, component).filter(|_| is_number(per_kelvin));
-                place.is_some_and(|(index, component)| {
-                    let change = InterChange {
-                        index,
-                        component,
-                        sensor: usize::from(sensor),
-                        per_kelvin,
-                    };
-                    change.sensor < MAX_SENSORS && self.errors.inter_thermal.push(change).is_ok()
-                })
-            }
-            Item::Motion([index, component], kind, value) => {
-                let place = motion(index, component).filter(|_| is_number(value));
-                place.is_some_and(|(index, component)| {
-                    self.errors.motions[index][component].set(kind.parameter(), value)
-                })
-            }
-            Item::MotionPerKelvin([index, component], kind, sensor, per_kelvin) => {
-                let place = motion(index, component).filter(|_| is_number(per_kelvin));
-                place.is_some_and(|(index, component)| {
-                    let change = Change {
-                        kind: kind.parameter(),
-                        sensor: usize::from(sensor),
-                        per_kelvin,
-                    };
-                    let thermal = &mut self.errors.motions[index][component].thermal;
-                    change.sensor < MAX_SENSORS
-                        && change.kind != ParameterKind::Backlash
-                        && thermal.push(change).is_ok()
-                })
-            }
-            Item::Table([index, component], count, both) => {
-                let mut take = || {
-                    let (taken, rest) = points.split_at_checked(count as usize)?;
-                    *points = rest;
-                    Some(taken)
-                };
-                let (at, positive) = (take(), take());
-                let negative = if both { take() } else { None };
-                match (at, positive, motion(index, component)) {
-                    (Some(at), Some(positive), Some((index, component)))
-                        if negative.is_some() == both =>
-                    {
-                        let table = Table {
-                            at,
-                            positive,
-                            negative,
-                        };
-                        self.errors.tabulate(index, component, table)
-                    }
-                    _ => false,
-                }
-            }
+            _ => None,
+        }
+    }
+
+    /// Adds a constant location error, or how it changes.
+    fn take_location(&mut self, item: &Item) -> Option<()> {
+        let place = |[index, component]: [u8; 2]| {
+            let (index, component) = (usize::from(index), usize::from(component));
+            (index <= self.machine.axes.len() && component < 6).then_some((index, component))
         };
-        taken.then_some(()).ok_or(StoredError::Contents)
+        match *item {
+            Item::Location(at, value) if is_number(value) => {
+                let (index, component) = place(at)?;
+                self.errors.inter[index][component] = value;
+                Some(())
+            }
+            Item::LocationPerKelvin(at, sensor, per_kelvin) if is_number(per_kelvin) => {
+                let (index, component) = place(at)?;
+                let change = InterChange {
+                    index,
+                    component,
+                    sensor: usize::from(sensor),
+                    per_kelvin,
+                };
+                let thermal = &mut self.errors.inter_thermal;
+                (change.sensor < MAX_SENSORS && thermal.push(change).is_ok()).then_some(())
+            }
+            _ => None,
+        }
+    }
+
+    /// The axis and the component of an error motion.
+    fn motion(&self, [index, component]: [u8; 2]) -> Option<(usize, usize)> {
+        let (index, component) = (usize::from(index), usize::from(component));
+        (index < self.machine.axes.len() && component < 6).then_some((index, component))
+    }
+
+    /// Adds a parameter of an error motion, or how it changes.
+    fn take_motion(&mut self, item: &Item) -> Option<()> {
+        let taken = match *item {
+            Item::Motion(at, kind, value) if is_number(value) => {
+                let (index, component) = self.motion(at)?;
+                self.errors.motions[index][component].set(kind.parameter(), value)
+            }
+            Item::MotionPerKelvin(at, kind, sensor, per_kelvin) if is_number(per_kelvin) => {
+                let (index, component) = self.motion(at)?;
+                let change = Change {
+                    kind: kind.parameter(),
+                    sensor: usize::from(sensor),
+                    per_kelvin,
+                };
+                let thermal = &mut self.errors.motions[index][component].thermal;
+                change.sensor < MAX_SENSORS
+                    && change.kind != ParameterKind::Backlash
+                    && thermal.push(change).is_ok()
+            }
+            _ => false,
+        };
+        taken.then_some(())
+    }
+
+    /// Adds a table of an error motion.
+    fn take_table(
+        &mut self,
+        place: [u8; 2],
+        count: u32,
+        both: bool,
+        points: &mut &'f [f64],
+    ) -> Option<()> {
+        let mut column = || {
+            let (taken, rest) = points.split_at_checked(count as usize)?;
+            *points = rest;
+            Some(taken)
+        };
+        let table = Table {
+            at: column()?,
+            positive: column()?,
+            negative: if both { Some(column()?) } else { None },
+        };
+        let (index, component) = self.motion(place)?;
+        self.errors.tabulate(index, component, table).then_some(())
     }
 }
 

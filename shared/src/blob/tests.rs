@@ -6,6 +6,7 @@ use std::vec::Vec;
 use proptest::prelude::*;
 use serde::Serialize;
 
+use crate::LoadError as E;
 use crate::draft::{Samples, Wire, WireBank, assemble};
 use crate::header::checksum;
 use crate::specimen::{adjustable, bank, bare, everything, term};
@@ -28,26 +29,35 @@ fn good() -> Vec<u8> {
     everything().encode().unwrap().to_vec()
 }
 
-/// The error for a draft that is changed before it is written.
-fn drafted(change: impl FnOnce(&mut Draft)) -> LoadError {
-    wired(change, |_| ())
-}
+/// An error and the expected one.
+type Damage = (E, E);
 
-/// The error if its description is changed as well.
-fn wired(change: impl FnOnce(&mut Draft), rewire: impl FnOnce(&mut Wire<'_>)) -> LoadError {
+/// A draft that is changed before it is written.
+fn drafted(expected: E, change: impl FnOnce(&mut Draft)) -> Damage {
     let mut draft = everything();
     change(&mut draft);
+    (refusal(&written(&draft, |_| ())), expected)
+}
+
+/// A description that is changed before it is written.
+fn rewired(expected: E, rewire: impl FnOnce(&mut Wire<'_>)) -> Damage {
+    (refusal(&written(&everything(), rewire)), expected)
+}
+
+/// The bytes of a draft, valid or not.
+fn written(draft: &Draft, rewire: impl FnOnce(&mut Wire<'_>)) -> Vec<u8> {
     let mut samples = Samples::default();
     let mut wire = draft.wire(&mut samples).unwrap();
     rewire(&mut wire);
-    refusal(&assemble(&postcard::to_allocvec(&wire).unwrap(), &samples, &[]).unwrap())
+    assemble(&bytes(&wire), &samples, &[]).unwrap().to_vec()
+}
+
+fn bytes<T: Serialize + ?Sized>(value: &T) -> Vec<u8> {
+    postcard::to_allocvec(value).unwrap()
 }
 
 /// The description in nine pieces, which postcard writes consecutively.
 fn pieces(draft: &Draft) -> (Vec<Vec<u8>>, Samples) {
-    fn bytes<T: Serialize + ?Sized>(value: &T) -> Vec<u8> {
-        postcard::to_allocvec(value).unwrap()
-    }
     let mut samples = Samples::default();
     let w = draft.wire(&mut samples).unwrap();
     let pieces = vec![
@@ -109,7 +119,7 @@ fn loading_takes_as_long_as_the_blob_has_bytes() {
         })
         .collect();
     wire.floats = claims * 2 * u32::from(u16::MAX);
-    let bytes = assemble(&postcard::to_allocvec(&wire).unwrap(), &samples, &[]).unwrap();
+    let bytes = assemble(&bytes(&wire), &samples, &[]).unwrap();
     assert!(matches!(
         refusal(&bytes),
         LoadError::TooManyTables {
@@ -157,7 +167,7 @@ variants! {
     PaddingNotZero SectionLength Damping TooLong LagRate Reversal Sensor
 }
 
-fn header_damages() -> Vec<(LoadError, LoadError)> {
+fn header_damages() -> Vec<Damage> {
     let length = good().len() as u32;
     let patched = |at: usize, byte: u8| {
         let mut bytes = good();
@@ -165,23 +175,23 @@ fn header_damages() -> Vec<(LoadError, LoadError)> {
         refusal(&seal(bytes))
     };
     let longer = [good(), vec![0]].concat();
-    let wrong = |stated, held| LoadError::WrongLength { stated, held };
+    let wrong = |stated, held| E::WrongLength { stated, held };
     let shifted = [vec![0; 2], good()].concat();
     let aligned = AlignedBlob::from_bytes(&shifted);
     vec![
-        (refusal(&good()[..15]), LoadError::NoHeader),
-        (refusal(&[]), LoadError::NoHeader),
-        (patched(0, b't'), LoadError::BadMagic),
-        (patched(4, 2), LoadError::UnknownVersion { found: 2 }),
-        (patched(5, 1), LoadError::UnknownVersion { found: 257 }),
+        (refusal(&good()[..15]), E::NoHeader),
+        (refusal(&[]), E::NoHeader),
+        (patched(0, b't'), E::BadMagic),
+        (patched(4, 2), E::UnknownVersion { found: 2 }),
+        (patched(5, 1), E::UnknownVersion { found: 257 }),
         (
             patched(6, 1),
-            LoadError::SectionLength {
+            E::SectionLength {
                 stated: length - 1,
                 computed: length,
             },
         ),
-        (patched(7, 0xff), LoadError::Notes { stated: 0xff00 }),
+        (patched(7, 0xff), E::Notes { stated: 0xff00 }),
         (
             refusal(&good()[..good().len() - 1]),
             wrong(length, length - 1),
@@ -198,19 +208,16 @@ fn header_damages() -> Vec<(LoadError, LoadError)> {
                 bytes[12] ^= 1;
                 bytes
             }),
-            LoadError::BadChecksum,
+            E::BadChecksum,
         ),
-        (
-            Small::from_blob(&aligned[2..]).unwrap_err(),
-            LoadError::Misaligned,
-        ),
+        (Small::from_blob(&aligned[2..]).unwrap_err(), E::Misaligned),
     ]
 }
 
-fn encoding_damages() -> Vec<(LoadError, LoadError)> {
-    let truncated = |part| LoadError::Truncated { part };
-    let malformed = |part| LoadError::Malformed { part };
-    let unknown = |part, found| LoadError::UnknownVariant { part, found };
+fn encoding_damages() -> Vec<Damage> {
+    let truncated = |part| E::Truncated { part };
+    let malformed = |part| E::Malformed { part };
+    let unknown = |part, found| E::UnknownVariant { part, found };
     let short = |draft: &Draft, keep: usize, extra: &[u8]| {
         let (pieces, _) = pieces(draft);
         let description = [&pieces[..keep].concat(), extra].concat();
@@ -247,14 +254,9 @@ fn encoding_damages() -> Vec<(LoadError, LoadError)> {
             0_u32,
             Vec::<f32>::new(),
         );
-        replaced(6, &postcard::to_allocvec(&(1_u8, fixed, rest)).unwrap())
+        replaced(6, &bytes(&(1_u8, fixed, rest)))
     };
-    let auxiliary = |kind: u8, name: &str| {
-        replaced(
-            5,
-            &postcard::to_allocvec(&(1_u8, kind, name, 0.0_f32)).unwrap(),
-        )
-    };
+    let auxiliary = |kind: u8, name: &str| replaced(5, &bytes(&(1_u8, kind, name, 0.0_f32)));
     list.extend([
         (short(&all, 4, &[1]), truncated(Part::Axis(0))),
         (short(&all, 5, &[1, 0]), truncated(Part::Auxiliary(0))),
@@ -336,12 +338,9 @@ fn stated(length: usize) -> LoadError {
 #[test]
 fn a_blob_is_at_most_64_mib_for_readers_and_writers() {
     assert_eq!(LARGEST_BLOB, 64 << 20);
-    assert!(matches!(
-        stated(LARGEST_BLOB),
-        LoadError::WrongLength { .. }
-    ));
+    assert!(matches!(stated(LARGEST_BLOB), E::WrongLength { .. }));
     let stated = stated(LARGEST_BLOB + 1);
-    assert!(matches!(stated, LoadError::TooLong { .. }));
+    assert!(matches!(stated, E::TooLong { .. }));
     let mut draft = bare();
     let mut with = |points: usize| {
         draft.banks = vec![bank(0, 0.0, 1.0, vec![vec![0.0; points]])];
@@ -352,11 +351,11 @@ fn a_blob_is_at_most_64_mib_for_readers_and_writers() {
     assert_eq!(with(LARGEST_BLOB / 4), Err(EncodeError::TooLarge));
 }
 
-fn capacity_damages() -> Vec<(LoadError, LoadError)> {
-    fn small<C: Room>(blob: &[u8]) -> (LoadError, LoadError) {
+fn capacity_damages() -> Vec<Damage> {
+    fn small<C: Room>(blob: &[u8]) -> Damage {
         let error = Compensation::<'_, C>::from_blob(blob).unwrap_err();
         let (needed, held) = (NEEDED, Counts::of::<C>());
-        (error, LoadError::TooSmall { needed, held })
+        (error, E::TooSmall { needed, held })
     }
     let blob = everything().encode().unwrap();
     vec![
@@ -368,61 +367,43 @@ fn capacity_damages() -> Vec<(LoadError, LoadError)> {
         small::<Holds<1, 0, 0, 0, 0>>(&blob),
         (
             stated(LARGEST_BLOB + 1),
-            LoadError::TooLong {
+            E::TooLong {
                 stated: LARGEST_BLOB as u32 + 1,
             },
         ),
-        (
-            drafted(|d| d.banks.push(bank(0, 0.0, 1.0, vec![vec![0.0; 2]; 300]))),
-            LoadError::TooManyTables { found: 307 },
-        ),
-        (
-            drafted(|d| d.auxiliaries = vec![d.auxiliaries[0].clone(); 9]),
-            LoadError::TooManyAuxiliaries { found: 9 },
-        ),
+        drafted(E::TooManyTables { found: 307 }, |d| {
+            d.banks.push(bank(0, 0.0, 1.0, vec![vec![0.0; 2]; 300]))
+        }),
+        drafted(E::TooManyAuxiliaries { found: 9 }, |d| {
+            d.auxiliaries = vec![d.auxiliaries[0].clone(); 9]
+        }),
         (
             Compensation::<'_, Holds<3, 8, 8, 32, 2>>::from_blob(&{
                 let mut draft = everything();
                 draft.terms = vec![adjustable(0, 1.0, [0.0, 1.0], &[]); 17];
-                let mut samples = Samples::default();
-                let wire = draft.wire(&mut samples).unwrap();
-                let wire = postcard::to_allocvec(&wire).unwrap();
-                AlignedBlob::from_bytes(&assemble(&wire, &samples, &[]).unwrap())
+                AlignedBlob::from_bytes(&written(&draft, |_| ()))
             })
             .unwrap_err(),
-            LoadError::TooManyAdjustable { term: 16 },
+            E::TooManyAdjustable { term: 16 },
         ),
     ]
 }
 
-fn axis_damages() -> Vec<(LoadError, LoadError)> {
+fn axis_damages() -> Vec<Damage> {
     let mut list = vec![
-        (drafted(|d| d.axes.clear()), LoadError::NoAxes),
-        (
-            drafted(|d| d.axes[1].name = b'1'),
-            LoadError::AxisName { axis: 1 },
-        ),
-        (
-            drafted(|d| d.axes[1].name = 0xc4),
-            LoadError::AxisName { axis: 1 },
-        ),
-        (
-            drafted(|d| d.axes[2].name = b'X'),
-            LoadError::DuplicateAxis { axis: 2 },
-        ),
-        (
-            drafted(|d| d.auxiliaries[0].reference = f32::NAN),
-            LoadError::Reference { auxiliary: 0 },
-        ),
+        drafted(E::NoAxes, |d| d.axes.clear()),
+        drafted(E::AxisName { axis: 1 }, |d| d.axes[1].name = b'1'),
+        drafted(E::AxisName { axis: 1 }, |d| d.axes[1].name = 0xc4),
+        drafted(E::DuplicateAxis { axis: 2 }, |d| d.axes[2].name = b'X'),
+        drafted(E::Reference { auxiliary: 0 }, |d| {
+            d.auxiliaries[0].reference = f32::NAN
+        }),
     ];
     for bad in [1.001, 0.99e-7, -0.1, f32::NAN, f32::INFINITY] {
-        list.push((
-            drafted(|d| {
-                d.auxiliaries[0].kind = AuxiliaryKind::Temperature;
-                d.auxiliaries[0].sensor.lag_rate = bad;
-            }),
-            LoadError::LagRate { auxiliary: 0 },
-        ));
+        list.push(drafted(E::LagRate { auxiliary: 0 }, |d| {
+            d.auxiliaries[0].kind = AuxiliaryKind::Temperature;
+            d.auxiliaries[0].sensor.lag_rate = bad;
+        }));
     }
     let sensors = [
         ([0.0099, 5.0, 120.0], 20.0),
@@ -437,16 +418,13 @@ fn axis_damages() -> Vec<(LoadError, LoadError)> {
         ([0.1, 5.0, 120.0], 1001.0),
     ];
     for ([rate, low, high], reference) in sensors {
-        list.push((
-            drafted(|d| {
-                let auxiliary = &mut d.auxiliaries[0];
-                auxiliary.kind = AuxiliaryKind::Temperature;
-                auxiliary.reference = reference;
-                auxiliary.sensor.rate = rate;
-                auxiliary.sensor.range = [low, high];
-            }),
-            LoadError::Sensor { auxiliary: 0 },
-        ));
+        list.push(drafted(E::Sensor { auxiliary: 0 }, |d| {
+            let auxiliary = &mut d.auxiliaries[0];
+            auxiliary.kind = AuxiliaryKind::Temperature;
+            auxiliary.reference = reference;
+            auxiliary.sensor.rate = rate;
+            auxiliary.sensor.range = [low, high];
+        }));
     }
     let travels = [
         [1.0, 1.0],
@@ -457,331 +435,194 @@ fn axis_damages() -> Vec<(LoadError, LoadError)> {
         [f32::NEG_INFINITY, 0.0],
     ];
     for travel in travels {
-        list.push((
-            drafted(|d| d.axes[1].travel = travel),
-            LoadError::Travel { axis: 1 },
-        ));
+        list.push(drafted(E::Travel { axis: 1 }, |d| {
+            d.axes[1].travel = travel
+        }));
     }
     for bad in [-360.0, 1e-10, 1e10, f32::NAN, f32::INFINITY, -f32::INFINITY] {
-        list.push((
-            drafted(|d| d.axes[2].period = bad),
-            LoadError::AxisPeriod { axis: 2 },
-        ));
+        list.push(drafted(E::AxisPeriod { axis: 2 }, |d| {
+            d.axes[2].period = bad
+        }));
     }
     for travel in [[-f32::MAX, 360.0], [0.0, f32::MAX], [0.0, 360.0]] {
-        list.push((
-            drafted(|d| d.axes[2].travel = travel),
-            LoadError::EndlessTravel { axis: 2 },
-        ));
+        list.push(drafted(E::EndlessTravel { axis: 2 }, |d| {
+            d.axes[2].travel = travel
+        }));
     }
     for bad in [0.0, -1.0, 1e-10, 1e10, f32::NAN, f32::INFINITY] {
         list.extend([
-            (
-                drafted(|d| d.axes[0].value_bound = bad),
-                LoadError::ValueBound { axis: 0 },
-            ),
-            (
-                drafted(|d| d.axes[1].rate_bound = bad),
-                LoadError::RateBound { axis: 1 },
-            ),
-            (
-                drafted(|d| d.axes[2].ramp_rate = bad),
-                LoadError::RampRate { axis: 2 },
-            ),
-            (
-                drafted(|d| d.axes[1].reversal_rate = bad),
-                LoadError::Reversal { axis: 1 },
-            ),
-            (
-                drafted(|d| d.axes[1].reversal_acceleration = bad),
-                LoadError::Reversal { axis: 1 },
-            ),
+            drafted(E::ValueBound { axis: 0 }, |d| d.axes[0].value_bound = bad),
+            drafted(E::RateBound { axis: 1 }, |d| d.axes[1].rate_bound = bad),
+            drafted(E::RampRate { axis: 2 }, |d| d.axes[2].ramp_rate = bad),
+            drafted(E::Reversal { axis: 1 }, |d| d.axes[1].reversal_rate = bad),
+            drafted(E::Reversal { axis: 1 }, |d| {
+                d.axes[1].reversal_acceleration = bad
+            }),
         ]);
     }
     for bad in [-1.0, 1e10, f32::NAN, f32::INFINITY] {
-        list.push((
-            drafted(|d| d.axes[0].reversal_threshold = bad),
-            LoadError::ReversalThreshold { axis: 0 },
-        ));
+        list.push(drafted(E::ReversalThreshold { axis: 0 }, |d| {
+            d.axes[0].reversal_threshold = bad
+        }));
     }
     list
 }
 
-fn span_damages() -> Vec<(LoadError, LoadError)> {
-    let (b, g) = (Part::Bank(1), Part::Grid(0));
+fn span_damages() -> Vec<Damage> {
+    let (b, c, g) = (Part::Bank(1), Part::Bank(2), Part::Grid(0));
+    let step = |part| E::Step { part };
+    let start = |part| E::Start { part };
+    let mismatch = |part| E::PeriodMismatch { part };
+    let count = |part, points| E::Points { part, points };
     let mut list = vec![
-        (
-            drafted(|d| d.banks[1].input = 4),
-            LoadError::Input { part: b, input: 4 },
-        ),
-        (
-            drafted(|d| d.grids[0].axes[1].input = 9),
-            LoadError::Input { part: g, input: 9 },
-        ),
-        (
-            drafted(|d| {
-                d.banks[5].direction = Direction::Negative;
-            }),
-            LoadError::DirectionOfAuxiliary { bank: 5 },
-        ),
-        (
-            drafted(|d| d.banks[1].columns.clear()),
-            LoadError::EmptyBank { bank: 1 },
-        ),
+        drafted(E::Input { part: b, input: 4 }, |d| d.banks[1].input = 4),
+        drafted(E::Input { part: g, input: 9 }, |d| {
+            d.grids[0].axes[1].input = 9
+        }),
+        drafted(E::DirectionOfAuxiliary { bank: 5 }, |d| {
+            d.banks[5].direction = Direction::Negative;
+        }),
+        drafted(E::EmptyBank { bank: 1 }, |d| d.banks[1].columns.clear()),
     ];
     for bad in [0.0, -1.0, 1e-40, f32::NAN, f32::INFINITY] {
-        list.push((
-            drafted(|d| d.banks[1].step = bad),
-            LoadError::Step { part: b },
-        ));
-        list.push((
-            drafted(|d| d.grids[0].axes[2].step = bad),
-            LoadError::Step { part: g },
-        ));
+        list.push(drafted(step(b), |d| d.banks[1].step = bad));
+        list.push(drafted(step(g), |d| d.grids[0].axes[2].step = bad));
     }
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        list.push((
-            drafted(|d| d.banks[1].start = bad),
-            LoadError::Start { part: b },
-        ));
-        list.push((
-            drafted(|d| d.grids[0].axes[0].start = bad),
-            LoadError::Start { part: g },
-        ));
+        list.push(drafted(start(b), |d| d.banks[1].start = bad));
+        list.push(drafted(start(g), |d| d.grids[0].axes[0].start = bad));
     }
     let far = |d: &mut Draft| (d.banks[1].start, d.banks[1].step) = (3e38, 2e37);
-    list.push((drafted(far), LoadError::Start { part: b }));
+    list.push(drafted(start(b), far));
     // Half a turn too long, twice as long, longer by a thousandth, longer by two units in the last place.
-    for step in [135.0, 180.0, 90.09, 90.00003] {
-        list.push((
-            drafted(|d| d.banks[2].step = step),
-            LoadError::PeriodMismatch {
-                part: Part::Bank(2),
-            },
-        ));
-        list.push((
-            drafted(|d| d.grids[0].axes[2].step = 2.0 * step),
-            LoadError::PeriodMismatch { part: g },
-        ));
+    for wrong in [135.0, 180.0, 90.09, 90.00003] {
+        list.push(drafted(mismatch(c), |d| d.banks[2].step = wrong));
+        list.push(drafted(mismatch(g), |d| {
+            d.grids[0].axes[2].step = 2.0 * wrong
+        }));
     }
     let turn = |d: &mut Draft| (d.banks[2].start, d.banks[2].step) = (-3e38, 1e38);
-    list.push((
-        drafted(turn),
-        LoadError::Period {
-            part: Part::Bank(2),
-        },
-    ));
+    list.push(drafted(E::Period { part: c }, turn));
     for points in [0, 1, (1 << 24) + 1, u32::MAX] {
-        list.push((
-            wired(|_| (), |w| w.banks[1].bank.points = points),
-            LoadError::Points { part: b, points },
-        ));
-        list.push((
-            wired(|_| (), |w| w.grids[0].axes[1].points = points),
-            LoadError::Points { part: g, points },
-        ));
+        list.push(rewired(count(b, points), |w| {
+            w.banks[1].bank.points = points
+        }));
+        list.push(rewired(count(g, points), |w| {
+            w.grids[0].axes[1].points = points
+        }));
     }
     // For cubic tables the minimum is the number of samples needed for one interval.
     for (n, points) in [(2, 3), (4, 3), (4, 2)] {
-        list.push((
-            wired(|_| (), |w| w.banks[n].bank.points = points),
-            LoadError::Points {
-                part: Part::Bank(n as u16),
-                points,
-            },
-        ));
+        list.push(rewired(count(Part::Bank(n as u16), points), |w| {
+            w.banks[n].bank.points = points
+        }));
     }
     list
 }
 
-fn sample_damages() -> Vec<(LoadError, LoadError)> {
-    let bank = |n| Part::Bank(n);
-    let count = |part, found| LoadError::ScaleCount { part, found };
+fn sample_damages() -> Vec<Damage> {
+    let (bank, grid) = (Part::Bank, Part::Grid);
+    let count = |part, found| E::ScaleCount { part, found };
+    let misplaced = |part| E::SamplesMisplaced { part };
+    let outside = |part| E::SamplesOutside { part };
+    let scale = |part| E::Scale { part, index: 0 };
     let mut list = vec![
-        (
-            wired(|_| (), |w| w.banks[1].scales.push(1.0)),
-            count(bank(1), 1),
-        ),
-        (
-            wired(|_| (), |w| w.banks[3].scales.clear()),
-            count(bank(3), 0),
-        ),
-        (
-            wired(|_| (), |w| w.grids[0].scales.push(1.0).unwrap()),
-            count(Part::Grid(0), 1),
-        ),
-        (
-            wired(|_| (), |w| w.grids[1].scales.clear()),
-            count(Part::Grid(1), 0),
-        ),
-        (
-            // Overlaps the previous bank.
-            wired(|_| (), |w| w.banks[1].bank.first -= 1),
-            LoadError::SamplesMisplaced { part: bank(1) },
-        ),
-        (
-            wired(|_| (), |w| w.banks[4].bank.first += 1),
-            LoadError::SamplesMisplaced { part: bank(4) },
-        ),
-        (
-            wired(|_| (), |w| w.grids[1].first = 0),
-            LoadError::SamplesMisplaced {
-                part: Part::Grid(1),
-            },
-        ),
-        (
-            wired(|_| (), |w| w.grids[1].axes[0].points = 4),
-            LoadError::SamplesOutside {
-                part: Part::Grid(1),
-            },
-        ),
-        (
-            wired(|_| (), |w| w.banks[5].bank.points = 1 << 24),
-            LoadError::SamplesOutside { part: bank(5) },
-        ),
-        (
-            // The product of the counts is beyond 2⁶⁴ / 3.
-            wired(
-                |_| (),
-                |w| {
-                    for a in &mut w.grids[0].axes {
-                        (a.points, a.step) = (1 << 24, 360.0 / 16_777_216.0);
-                    }
-                },
-            ),
-            LoadError::SamplesOutside {
-                part: Part::Grid(0),
-            },
-        ),
-        (wired(|_| (), |w| w.floats += 1), LoadError::UnusedSamples),
-        (wired(|_| (), |w| w.shorts += 1), LoadError::UnusedSamples),
-        (
-            drafted(|d| d.banks[1].columns[1][3] = f32::NAN),
-            LoadError::TableSample { table: 2, point: 3 },
-        ),
-        (
-            drafted(|d| d.banks[1].columns[0][4] = f32::INFINITY),
-            LoadError::TableSample { table: 1, point: 4 },
-        ),
-        (
-            drafted(|d| d.grids[0].values[31] = f32::NEG_INFINITY),
-            LoadError::GridSample { grid: 0, node: 10 },
-        ),
-        (
-            drafted(|d| d.banks[1].columns[0][4] = 1.1e15),
-            LoadError::TableMagnitude { table: 1 },
-        ),
-        (
-            drafted(|d| d.banks[2].columns[0][1] = 1.1e15),
-            LoadError::TableMagnitude { table: 3 },
-        ),
+        rewired(count(bank(1), 1), |w| w.banks[1].scales.push(1.0)),
+        rewired(count(bank(3), 0), |w| w.banks[3].scales.clear()),
+        rewired(count(grid(0), 1), |w| w.grids[0].scales.push(1.0).unwrap()),
+        rewired(count(grid(1), 0), |w| w.grids[1].scales.clear()),
+        // Overlaps the previous bank.
+        rewired(misplaced(bank(1)), |w| w.banks[1].bank.first -= 1),
+        rewired(misplaced(bank(4)), |w| w.banks[4].bank.first += 1),
+        rewired(misplaced(grid(1)), |w| w.grids[1].first = 0),
+        rewired(outside(grid(1)), |w| w.grids[1].axes[0].points = 4),
+        rewired(outside(bank(5)), |w| w.banks[5].bank.points = 1 << 24),
+        // The product of the counts is beyond 2⁶⁴ / 3.
+        rewired(outside(grid(0)), |w| {
+            for a in &mut w.grids[0].axes {
+                (a.points, a.step) = (1 << 24, 360.0 / 16_777_216.0);
+            }
+        }),
+        rewired(E::UnusedSamples, |w| w.floats += 1),
+        rewired(E::UnusedSamples, |w| w.shorts += 1),
+        drafted(E::TableSample { table: 2, point: 3 }, |d| {
+            d.banks[1].columns[1][3] = f32::NAN
+        }),
+        drafted(E::TableSample { table: 1, point: 4 }, |d| {
+            d.banks[1].columns[0][4] = f32::INFINITY
+        }),
+        drafted(E::GridSample { grid: 0, node: 10 }, |d| {
+            d.grids[0].values[31] = f32::NEG_INFINITY
+        }),
+        drafted(E::TableMagnitude { table: 1 }, |d| {
+            d.banks[1].columns[0][4] = 1.1e15
+        }),
+        drafted(E::TableMagnitude { table: 3 }, |d| {
+            d.banks[2].columns[0][1] = 1.1e15
+        }),
     ];
     for bad in [0.0, -1.0, 1e-31, 1e10, f32::NAN] {
-        list.push((
-            wired(|_| (), |w| w.banks[3].scales[0] = bad),
-            LoadError::Scale {
-                part: bank(3),
-                index: 0,
-            },
-        ));
-        list.push((
-            wired(|_| (), |w| w.grids[1].scales[0] = bad),
-            LoadError::Scale {
-                part: Part::Grid(1),
-                index: 0,
-            },
-        ));
+        list.push(rewired(scale(bank(3)), |w| w.banks[3].scales[0] = bad));
+        list.push(rewired(scale(grid(1)), |w| w.grids[1].scales[0] = bad));
     }
     list
 }
 
-fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
+fn term_and_grid_damages() -> Vec<Damage> {
     let (pieces, samples) = pieces(&everything());
     let padded = assemble(&pieces.concat(), &samples, &[]).unwrap();
     let used = 16 + pieces.concat().len();
     assert!(!used.is_multiple_of(32));
     let longer = [&padded[..], &[0; 32]].concat();
     let stated = padded.len() as u32 + 32;
-    let many: Vec<u8> =
-        postcard::to_allocvec(&(1_u8, 0_u8, 1.0_f32, None::<u8>, vec![0_u8; 7])).unwrap();
-    let grid =
-        |inputs: Vec<GridAxis>| replaced(8, &postcard::to_allocvec(&(1_u8, inputs)).unwrap());
+    let many: Vec<u8> = bytes(&(1_u8, 0_u8, 1.0_f32, None::<u8>, vec![0_u8; 7]));
+    let grid = |inputs: Vec<GridAxis>| replaced(8, &bytes(&(1_u8, inputs)));
     let axis = everything().grids[0].axes[0];
-    let outputs = |list: &[u8]| {
-        replaced(
-            8,
-            &postcard::to_allocvec(&(1_u8, vec![axis], list)).unwrap(),
-        )
-    };
+    let outputs = |list: &[u8]| replaced(8, &bytes(&(1_u8, vec![axis], list)));
     let only_so_many = |outputs: u8| {
         let (mut pieces, _) = self::pieces(&everything());
-        pieces[8] = postcard::to_allocvec(&(1_u8, vec![axis], outputs)).unwrap();
+        pieces[8] = bytes(&(1_u8, vec![axis], outputs));
         let bytes = assemble(&pieces.concat(), &Samples::default(), &[]).unwrap();
         let end = 16 + pieces.concat().len();
         let mut bytes = bytes[..end].to_vec();
         bytes[8..12].copy_from_slice(&(end as u32).to_le_bytes());
         refusal(&seal(bytes))
     };
-    let bad_outputs = LoadError::GridOutputs { grid: 0 };
+    let bad_outputs = E::GridOutputs { grid: 0 };
     let mut list = vec![
+        drafted(E::TermOutput { term: 4 }, |d| d.terms[4].output = 3),
+        drafted(E::WeightOutsideLimits { term: 7 }, |d| {
+            d.terms[7].weight = 1.1
+        }),
+        (replaced(7, &many), E::TooManyFactors { term: 0, found: 7 }),
         (
-            drafted(|d| d.terms[4].output = 3),
-            LoadError::TermOutput { term: 4 },
+            replaced(7, &bytes(&(1_u8, 0_u8, 1.0_f32, None::<u8>, 9_u8))),
+            E::TooManyFactors { term: 0, found: 9 },
         ),
-        (
-            drafted(|d| d.terms[7].weight = 1.1),
-            LoadError::WeightOutsideLimits { term: 7 },
-        ),
-        (
-            replaced(7, &many),
-            LoadError::TooManyFactors { term: 0, found: 7 },
-        ),
-        (
-            replaced(
-                7,
-                &postcard::to_allocvec(&(1_u8, 0_u8, 1.0_f32, None::<u8>, 9_u8)).unwrap(),
-            ),
-            LoadError::TooManyFactors { term: 0, found: 9 },
-        ),
-        (
-            drafted(|d| d.terms[1].factors[1] = 7),
-            LoadError::Factor { term: 1, table: 7 },
-        ),
-        (
-            drafted(|d| {
-                d.banks[1].columns[0][0] = 1e8;
-                d.terms[0] = term(0, 1e-20, &[1, 1, 1, 1]);
-                d.terms[1] = term(0, 1e-5, &[1, 1, 1]);
-            }),
-            LoadError::TermMagnitude { term: 1 },
-        ),
-        (
-            drafted(|d| d.terms[7] = adjustable(2, 0.0, [-2e15, 0.0], &[])),
-            LoadError::TermMagnitude { term: 7 },
-        ),
-        (
-            drafted(|d| {
-                d.terms[4].weight = 0.6e15;
-                d.terms[5] = term(1, -0.6e15, &[]);
-            }),
-            LoadError::OutputMagnitude { axis: 1 },
-        ),
-        (
-            drafted(|d| d.grids[0].values[2] = 1.1e15),
-            LoadError::OutputMagnitude { axis: 2 },
-        ),
-        (
-            drafted(|d| {
-                d.grids[0].values[1] = 0.99e15;
-                d.grids[1].values[2] = -2e13;
-            }),
-            LoadError::OutputMagnitude { axis: 1 },
-        ),
-        (grid(vec![]), LoadError::GridInputs { grid: 0, found: 0 }),
-        (
-            grid(vec![axis; 4]),
-            LoadError::GridInputs { grid: 0, found: 4 },
-        ),
+        drafted(E::Factor { term: 1, table: 7 }, |d| {
+            d.terms[1].factors[1] = 7
+        }),
+        drafted(E::TermMagnitude { term: 1 }, |d| {
+            d.banks[1].columns[0][0] = 1e8;
+            d.terms[0] = term(0, 1e-20, &[1, 1, 1, 1]);
+            d.terms[1] = term(0, 1e-5, &[1, 1, 1]);
+        }),
+        drafted(E::TermMagnitude { term: 7 }, |d| {
+            d.terms[7] = adjustable(2, 0.0, [-2e15, 0.0], &[])
+        }),
+        drafted(E::OutputMagnitude { axis: 1 }, |d| {
+            d.terms[4].weight = 0.6e15;
+            d.terms[5] = term(1, -0.6e15, &[]);
+        }),
+        drafted(E::OutputMagnitude { axis: 2 }, |d| {
+            d.grids[0].values[2] = 1.1e15
+        }),
+        drafted(E::OutputMagnitude { axis: 1 }, |d| {
+            d.grids[0].values[1] = 0.99e15;
+            d.grids[1].values[2] = -2e13;
+        }),
+        (grid(vec![]), E::GridInputs { grid: 0, found: 0 }),
+        (grid(vec![axis; 4]), E::GridInputs { grid: 0, found: 4 }),
         (outputs(&[]), bad_outputs),
         (outputs(&[3]), bad_outputs),
         (outputs(&[1, 1]), bad_outputs),
@@ -795,7 +636,7 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
                 bytes[used] = 1;
                 bytes
             })),
-            LoadError::PaddingNotZero,
+            E::PaddingNotZero,
         ),
         (
             refusal(&seal({
@@ -803,37 +644,30 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
                 bytes[8..12].copy_from_slice(&stated.to_le_bytes());
                 bytes
             })),
-            LoadError::SectionLength {
+            E::SectionLength {
                 stated,
                 computed: stated - 32,
             },
         ),
     ];
     for damping in [f32::NAN, f32::INFINITY, 0.0, -0.1, 0.0099, 1.001] {
-        list.push((
-            drafted(|d| d.policy = Policy::Direction { damping }),
-            LoadError::Damping,
-        ));
+        list.push(drafted(E::Damping, |d| {
+            d.policy = Policy::Direction { damping }
+        }));
     }
     for bad in [f32::NAN, f32::INFINITY] {
-        list.push((
-            drafted(|d| d.terms[2].weight = bad),
-            LoadError::Weight { term: 2 },
-        ));
+        list.push(drafted(E::Weight { term: 2 }, |d| d.terms[2].weight = bad));
         for limits in [[bad, 1.0], [-1.0, bad], [1.0, 0.0]] {
-            list.push((
-                drafted(|d| d.terms[7].limits = Some(limits)),
-                LoadError::Limits { term: 7 },
-            ));
+            list.push(drafted(E::Limits { term: 7 }, |d| {
+                d.terms[7].limits = Some(limits)
+            }));
         }
     }
     list
 }
 
-#[test]
-fn every_damage_has_its_own_error_and_every_error_its_damage() {
-    let mut reached = BTreeSet::new();
-    let damages = [
+fn damages() -> Vec<Damage> {
+    let all = [
         header_damages(),
         encoding_damages(),
         capacity_damages(),
@@ -842,7 +676,13 @@ fn every_damage_has_its_own_error_and_every_error_its_damage() {
         sample_damages(),
         term_and_grid_damages(),
     ];
-    for (number, (found, expected)) in damages.concat().into_iter().enumerate() {
+    all.concat()
+}
+
+#[test]
+fn every_damage_has_its_own_error_and_every_error_its_damage() {
+    let mut reached = BTreeSet::new();
+    for (number, (found, expected)) in damages().into_iter().enumerate() {
         assert_eq!(found, expected, "damage {number}");
         reached.insert(variant(found));
     }
@@ -852,10 +692,9 @@ fn every_damage_has_its_own_error_and_every_error_its_damage() {
 
 #[test]
 fn every_message_is_one_line_that_names_the_place() {
-    let damages = [span_damages(), sample_damages(), term_and_grid_damages()].concat();
-    for (error, _) in damages {
+    for (error, _) in damages() {
         let message: String = error.to_string();
-        assert!(!message.contains('\n') && message.len() > 10);
+        assert!(!message.contains('\n') && message.len() > 6, "{error:?}");
     }
     let error = LoadError::Step {
         part: Part::Bank(1),
@@ -907,9 +746,7 @@ fn what_is_refused_leaves_nothing_behind() {
     let blob = everything().encode().unwrap();
     let mut damaged = everything();
     damaged.terms[9].weight = f32::NAN;
-    let mut samples = Samples::default();
-    let wire = postcard::to_allocvec(&damaged.wire(&mut samples).unwrap()).unwrap();
-    let damaged = AlignedBlob::from_bytes(&assemble(&wire, &samples, &[]).unwrap());
+    let damaged = AlignedBlob::from_bytes(&written(&damaged, |_| ()));
     let mut c = Small::empty();
     c.load(&blob).unwrap();
     assert_eq!(c.load(&damaged), Err(LoadError::Weight { term: 9 }));

@@ -92,6 +92,21 @@ static B: LazyLock<&'static C> = LazyLock::new(|| {
     leak(&draft)
 });
 
+fn enabled(c: &'static C) -> S {
+    let mut servo = S::new(c);
+    servo.enable();
+    servo
+}
+
+/// Three axes within these bounds.
+fn limited(value: f32, rate: f32, ramp: f32) -> Draft {
+    let mut draft = bare();
+    for axis in &mut draft.axes {
+        limit(axis, value, rate, ramp);
+    }
+    draft
+}
+
 fn at(x: f32, y: f32, c: f32) -> Inputs<[f32; 3]> {
     let mut inputs = Inputs::at([x, y, c]);
     inputs.auxiliaries[0] = 50.0;
@@ -113,8 +128,7 @@ fn settle(servo: &mut S, inputs: &Inputs<[f32; 3]>) -> Correction<[f32; 3]> {
 }
 
 fn settled(inputs: &Inputs<[f32; 3]>) -> S {
-    let mut servo = S::new(*A);
-    servo.enable();
+    let mut servo = enabled(*A);
     let correction = settle(&mut servo, inputs);
     assert_eq!(correction.dq, correction.computed);
     assert_eq!(correction.status, Status::default());
@@ -330,8 +344,7 @@ fn an_unusable_position_moves_no_limit() {
     // Modulo tables on a rotary axis with finite travel: beyond 8192 turns there are no valid positions.
     let mut draft = draft(1.0);
     (draft.axes[2].travel, draft.axes[2].period) = ([-400.0, 400.0], 0.0);
-    let mut servo = S::new(leak(&draft));
-    servo.enable();
+    let mut servo = enabled(leak(&draft));
     let before = settle(&mut servo, &at(20.0, 10.0, 45.0));
     assert!(before.dq.iter().all(|&dq| dq != 0.0));
     for _ in 0..9 {
@@ -343,8 +356,7 @@ fn an_unusable_position_moves_no_limit() {
 
 #[test]
 fn a_tool_length_that_nobody_gave_is_a_fault_with_a_name() {
-    let mut servo = S::new(*B);
-    servo.enable();
+    let mut servo = enabled(*B);
     let correction = settle(&mut servo, &Inputs::at([20.0, 10.0, 45.0]));
     assert_eq!(correction.dq, [0.0; 3]);
     let expected = Conditions::BAD_INPUT | Conditions::BAD_AUXILIARY;
@@ -356,8 +368,7 @@ fn a_tool_length_that_nobody_gave_is_a_fault_with_a_name() {
     let status = servo.update(&at(f32::NAN, 10.0, 45.0), ALL, DT).status;
     assert!(status.is(Conditions::BAD_INPUT) && !status.is(Conditions::BAD_AUXILIARY));
     // A does not depend on it.
-    let mut servo = S::new(*A);
-    servo.enable();
+    let mut servo = enabled(*A);
     let correction = settle(&mut servo, &Inputs::at([20.0, 10.0, 45.0]));
     assert_eq!(correction.status, Status::default());
 }
@@ -388,8 +399,7 @@ fn lengths() -> &'static C {
 #[test]
 fn another_tool_length_is_faded_like_a_weight_all_axes_together() {
     for length in [230.0, 80.001] {
-        let mut servo = S::new(lengths());
-        servo.enable();
+        let mut servo = enabled(lengths());
         let mut inputs = at(1.0, 2.0, 3.0);
         inputs.auxiliaries = [80.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let before = settle(&mut servo, &inputs).dq;
@@ -455,8 +465,7 @@ fn commands_that_change_nothing_change_nothing() {
 #[test]
 fn the_direction_after_homing_can_be_said() {
     let c = backlash(0.0);
-    let mut servo = S::new(c);
-    servo.enable();
+    let mut servo = enabled(c);
     assert_eq!(settle(&mut servo, &at(5.0, 0.0, 0.0)).dq[0], 0.0);
     servo.set_travel(0, Travel::Negative);
     let first = servo.update(&at(5.0, 0.0, 0.0), ALL, DT);
@@ -468,8 +477,7 @@ fn the_direction_after_homing_can_be_said() {
     // Homing ends away from the last valid position, or there has been no valid position yet.
     for begin in [None, Some(5.0)] {
         for (travel, expected) in [(Travel::Negative, -0.05), (Travel::Positive, 0.05)] {
-            let mut servo = S::new(c);
-            servo.enable();
+            let mut servo = enabled(c);
             if let Some(begin) = begin {
                 settle(&mut servo, &at(begin, 0.0, 0.0));
             }
@@ -606,15 +614,16 @@ fn a_swap_while_nothing_is_output_is_immediate() {
 #[test]
 fn a_compensation_of_another_machine_is_refused() {
     let mut servo = S::new(*A);
-    let mut other = draft(1.0);
-    other.axes[1].name = b'Z';
-    assert_eq!(servo.swap(leak(&other)).unwrap_err().why, Refused::Axes);
-    let mut other = draft(1.0);
-    other.axes[1].travel[1] = 60.0;
-    assert_eq!(servo.swap(leak(&other)).unwrap_err().why, Refused::Axes);
-    let mut other = draft(1.0);
-    other.axes[2].period = 720.0;
-    assert_eq!(servo.swap(leak(&other)).unwrap_err().why, Refused::Axes);
+    let changes: [fn(&mut [Axis]); 3] = [
+        |axes| axes[1].name = b'Z',
+        |axes| axes[1].travel[1] = 60.0,
+        |axes| axes[2].period = 720.0,
+    ];
+    for change in changes {
+        let mut other = draft(1.0);
+        change(&mut other.axes);
+        assert_eq!(servo.swap(leak(&other)).unwrap_err().why, Refused::Axes);
+    }
 }
 
 #[test]
@@ -657,10 +666,7 @@ fn weights_fade_in_and_later_ones_follow() {
 
 /// X with backlash of ±0.05 mm only, and the given slopes per mm on X and Y.
 fn backlash(slope: f32) -> &'static C {
-    let mut draft = bare();
-    for axis in &mut draft.axes {
-        limit(axis, 1.0, 2.0, 0.4);
-    }
+    let mut draft = limited(1.0, 2.0, 0.4);
     let end = 1000.0 * slope;
     draft.banks = vec![
         DraftBank {
@@ -677,8 +683,7 @@ fn backlash(slope: f32) -> &'static C {
 fn a_backlash_step_is_worked_off_like_a_ramp_and_never_overshoots() {
     // The reversal threshold is 0.01 mm; these moves exceed it.
     for (x, dt) in [(-0.02, DT), (-0.02, 0.01), (-0.02, 5e-5)] {
-        let mut servo = S::new(backlash(0.0));
-        servo.enable();
+        let mut servo = enabled(backlash(0.0));
         servo.update(&at(-1.0, 0.0, 0.0), ALL, DT);
         let last = settle(&mut servo, &at(0.0, 0.0, 0.0));
         assert_eq!(last.dq[0], 0.05);
@@ -735,8 +740,7 @@ fn an_endless_axis_keeps_its_direction_over_the_turn_whatever_its_tables() {
             (1_i16, Travel::Positive, 0.02),
             (-1, Travel::Negative, -0.02),
         ] {
-            let mut servo = S::new(c);
-            servo.enable();
+            let mut servo = enabled(c);
             let mut tenths = 0_i16;
             for update in 0..8000 {
                 tenths = (tenths + step).rem_euclid(3600);
@@ -767,8 +771,7 @@ fn a_servo_on_an_empty_compensation_says_so_and_its_factor_stays_0() {
     let mut empty = C::empty();
     assert!(empty.load(&[]).is_err());
     let empty: &'static C = Box::leak(Box::new(empty));
-    let mut servo = S::new(empty);
-    servo.enable();
+    let mut servo = enabled(empty);
     for _ in 0..100 {
         let correction = servo.update(&at(1.0, 2.0, 3.0), ALL, DT);
         assert_eq!(correction.dq, [0.0; 3]);
@@ -1074,8 +1077,7 @@ proptest! {
         // The number of long periods, and the number of short ones, in turn.
         (longs, shorts) in (1_usize..4, 1_usize..6),
     ) {
-        let mut servo = S::new(backlash(slope));
-        servo.enable();
+        let mut servo = enabled(backlash(slope));
         let mut q = 0.0_f64;
         let mut speed = 0.0_f64;
         let (mut dq, mut velocity, mut last_dt, mut second_last_dt) = ([0.0_f64; 3], [0.0_f64; 3], 0.0, 0.0);

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::cost::instructions;
-use trueaxis_tables::validate::Runtime;
 
 /// A parameter as stated: it is in `value` ± `band` with a probability of 95 % (mm, rad, per mmᵏ or radᵏ).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

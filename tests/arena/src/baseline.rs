@@ -6,15 +6,15 @@ use crate::left::{Left, left};
 use crate::task::Task;
 use std::fmt;
 use trueaxis::{Auxiliary, AuxiliaryKind};
-use trueaxis_measure::identify::{self, Identified, identify};
+use trueaxis_identify::{Identified, IdentifyOptions, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Switches, Thermal};
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::uncertainty::{Leaves, leaves};
+use trueaxis_model::validate::{Command, Runtime};
 use trueaxis_tables::compile::{self, best};
 use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::target::Target;
-use trueaxis_tables::uncertainty::{Leaves, leaves};
-use trueaxis_tables::validate::{Command, Runtime};
 use trueaxis_tests::thermal_goal::{MODEL, learnt_from};
 
 /// Tolerance of tables (µm), the noise of the readings.
@@ -116,7 +116,7 @@ fn identified(task: &Task, parameters: &[Parameter]) -> Result<Found, String> {
     let base = ErrorModel::perfect(&task.machine);
     let readings = task.measured.read(&task.machine);
     let problem = readings.problem(&task.machine, parameters, &base);
-    let identified = identify(&problem, identify::IdentifyOptions::default());
+    let identified = identify(&problem, IdentifyOptions::default());
     Ok(Found {
         identified: identified.map_err(|e| e.to_string())?,
         thermal: None,

@@ -8,10 +8,10 @@ use crate::seed::{self, Purpose};
 use crate::task::{Hidden, Position, Task};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use trueaxis_measure::identify::{IdentifyOptions, Model, identify};
+use trueaxis_identify::{IdentifyOptions, Model, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, Table};
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::validate::{Command, commands_in_travel};
+use trueaxis_model::validate::{Command, commands_in_travel};
 use trueaxis_tests::Fixed;
 
 /// Number of positions to answer.

@@ -4,8 +4,8 @@ use nalgebra::Matrix3xX;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::uncertainty::derivatives;
-use trueaxis_tables::validate::Command;
+use trueaxis_model::uncertainty::derivatives;
+use trueaxis_model::validate::Command;
 
 /// Displacement of the tip (mm, root mean square over the positions) by one unit of each parameter. With it errors of
 /// parameters in rad, mm, and per mm or rad to a power are compared.

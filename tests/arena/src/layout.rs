@@ -44,28 +44,7 @@ pub fn draw(class: Class, number: usize, random: &mut Fixed) -> String {
         axis(&mut text, letter, branch, half, reversed, "");
     }
     for (k, letter) in rotary.into_iter().enumerate() {
-        let half = match (letter, narrow) {
-            // Three are independent only on part of a turn.
-            (_, true) => random.within(20.0, 40.0),
-            ('C', false) => 180.0,
-            (_, false) => random.within(30.0, 110.0),
-        };
-        let origin: [f64; 3] = std::array::from_fn(|_| random.within(-80.0, 80.0).round());
-        let mut rest = format!("origin_mm = {origin:?}\n");
-        if tilted == Some(k) {
-            let tilt = random.within(20.0, 50.0).round();
-            let tilt = if is_true(random) { tilt } else { -tilt };
-            // About an axis that is not its own.
-            let turned = match letter {
-                'A' => [0.0, 0.0, tilt],
-                'B' => [tilt, 0.0, 0.0],
-                _ => [0.0, tilt, 0.0],
-            };
-            let _ = writeln!(rest, "orientation_deg = {turned:?}");
-        }
-        let branch = branch(is_true(random));
-        let reversed = is_true(random);
-        axis(&mut text, letter, branch, half.round(), reversed, &rest);
+        rotary_axis(&mut text, letter, narrow, tilted == Some(k), random);
     }
     let tip = -random.within(100.0, 250.0).round();
     let _ = write!(
@@ -73,6 +52,31 @@ pub fn draw(class: Class, number: usize, random: &mut Fixed) -> String {
         "\n[spindle]\naxis = \"z\"\n\n[tool]\ntip_mm = [0.0, 0.0, {tip:?}]\n"
     );
     text
+}
+
+/// Writes a rotary axis; with three of them, or tilted about an axis that is not its own.
+fn rotary_axis(text: &mut String, letter: char, narrow: bool, is_tilted: bool, random: &mut Fixed) {
+    let half = match (letter, narrow) {
+        // Three are independent only on part of a turn.
+        (_, true) => random.within(20.0, 40.0),
+        ('C', false) => 180.0,
+        (_, false) => random.within(30.0, 110.0),
+    };
+    let origin: [f64; 3] = std::array::from_fn(|_| random.within(-80.0, 80.0).round());
+    let mut rest = format!("origin_mm = {origin:?}\n");
+    if is_tilted {
+        let tilt = random.within(20.0, 50.0).round();
+        let tilt = if is_true(random) { tilt } else { -tilt };
+        let turned = match letter {
+            'A' => [0.0, 0.0, tilt],
+            'B' => [tilt, 0.0, 0.0],
+            _ => [0.0, tilt, 0.0],
+        };
+        let _ = writeln!(rest, "orientation_deg = {turned:?}");
+    }
+    let branch = branch(is_true(random));
+    let reversed = is_true(random);
+    axis(text, letter, branch, half.round(), reversed, &rest);
 }
 
 fn branch(is_tool: bool) -> &'static str {

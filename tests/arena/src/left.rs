@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::PerAxis;
-use trueaxis_tables::validate::{Command, direction};
+use trueaxis_model::validate::{Command, direction};
 
 /// What is left at one position.
 #[derive(Clone, Copy, Debug, PartialEq)]

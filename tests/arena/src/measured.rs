@@ -6,11 +6,11 @@
 use crate::class::Class;
 use nalgebra::Vector3;
 use std::fmt::Write;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::observations::{self, Observations};
-use trueaxis_measure::formats::probings::{self, Probings};
-use trueaxis_measure::identify::Problem;
-use trueaxis_measure::simulate::{self, Disturbances};
+use trueaxis_identify::Problem;
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::observations::{self, Observations};
+use trueaxis_identify::formats::probings::{self, Probings};
+use trueaxis_identify::simulate::{self, Disturbances};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
@@ -150,7 +150,7 @@ impl<'a> Places<'a> {
 
 /// The balls where one would find them with a rule.
 fn artefact_file(artefact: &Artefact) -> String {
-    let ball = |ball: &trueaxis_measure::formats::artefact::Ball| {
+    let ball = |ball: &trueaxis_identify::formats::artefact::Ball| {
         let place: Vector3<f64> = ball.nominal.unwrap_or_default();
         let [x, y, z] = [place.x, place.y, place.z].map(f64::round);
         format!(

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use trueaxis_model::errors::{Parameter, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::PerAxis;
-use trueaxis_tables::validate::Command;
+use trueaxis_model::validate::Command;
 
 /// Number of machines of a round.
 pub const MACHINES: usize = 200;

@@ -18,7 +18,7 @@ use trueaxis_model::errors::Parameter;
 use trueaxis_model::formats::csv::CsvTable;
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 use trueaxis_model::source::FileError;
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
 
 const HEADING: &str = "submission.toml";
 const BLOB: &str = "compensation.trax";

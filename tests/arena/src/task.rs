@@ -2,10 +2,10 @@
 
 use crate::class::Class;
 use crate::measured::Measured;
-use trueaxis_measure::formats::temperatures::Temperatures;
+use trueaxis_identify::formats::temperatures::Temperatures;
 use trueaxis_model::errors::{ErrorModel, MAX_SENSORS, Parameter, Thermal};
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::validate::Command;
+use trueaxis_model::validate::Command;
 
 /// A position to answer.
 #[derive(Clone, Copy, Debug, PartialEq)]

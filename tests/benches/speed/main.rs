@@ -3,32 +3,19 @@
 //! Every figure is the median over many batches, in nanoseconds per call, on one thread. With `--calls WORKLOAD N`
 //! nothing is timed: the workload is called N times, for a program that counts instructions.
 
-mod direct;
 /// This compensation as `golden::blob("huron-13")`.
 #[path = "../../../shared/examples/generated/huron_13.rs"]
 mod huron_13;
 mod steady;
 mod timing;
 
-use direct::Direct;
 use interpn::MultilinearRegular;
 use std::hint::black_box;
 use std::process::ExitCode;
-use std::time::Instant;
 use steady::{Case, Steady};
 use timing::{POINTS, per_call};
-use trueaxis::{
-    AlignedBlob, Axis, Compensation, Draft, DraftGrid, GridAxis, Inputs, SampleFormat, Servo,
-    Travelling,
-};
-use trueaxis_model::kinematics::Policy;
-use trueaxis_tables::compile::{self, Options};
-use trueaxis_tests::{Fixed, errors, golden, machine};
-
-const HURON: [&str; 2] = [
-    "examples/huron-k2x8/machine.toml",
-    "examples/huron-k2x8/errors-13.toml",
-];
+use trueaxis::{AlignedBlob, Compensation, Inputs, Servo, Travelling};
+use trueaxis_tests::{Fixed, golden, machine};
 
 /// Positions in the travel of the Huron, in the order of its blob, and its compensation.
 struct Huron {
@@ -38,7 +25,7 @@ struct Huron {
 
 impl Huron {
     fn new() -> Self {
-        let machine = machine(HURON[0]);
+        let machine = machine("examples/huron-k2x8/machine.toml");
         let mut random = Fixed::new(1);
         let inputs = (0..POINTS)
             .map(|_| {
@@ -69,41 +56,9 @@ const STEP: f32 = 20.0;
 
 impl Cube {
     fn new() -> Self {
-        let mut random = Fixed::new(2);
-        let values: Vec<f32> = (0..3 * NODES.pow(3))
-            .map(|_| random.within(-0.05, 0.05) as f32)
-            .collect();
-        let axis = |name| Axis {
-            name,
-            travel: [0.0, 480.0],
-            period: 0.0,
-            value_bound: 1.0,
-            rate_bound: 1.0,
-            reversal_threshold: 0.0,
-            ramp_rate: 1.0,
-            reversal_rate: 1.0,
-            reversal_acceleration: 20.0,
-        };
-        let grid = DraftGrid {
-            axes: (0..3)
-                .map(|input| GridAxis {
-                    input,
-                    start: 0.0,
-                    step: STEP,
-                    points: NODES as u32,
-                    modulo: false,
-                })
-                .collect(),
-            outputs: vec![0, 1, 2],
-            format: SampleFormat::F32,
-            values: values.clone(),
-        };
-        let draft = Draft {
-            machine: "cube".to_owned(),
-            axes: vec![axis(b'X'), axis(b'Y'), axis(b'Z')],
-            grids: vec![grid],
-            ..Draft::default()
-        };
+        let draft = golden::cube();
+        let values = &draft.grids[0].values;
+        let mut random = Fixed::new(3);
         Self {
             blob: draft.encode().expect("a sound draft"),
             columns: std::array::from_fn(|k| values[k..].iter().step_by(3).copied().collect()),
@@ -177,54 +132,6 @@ fn thirteen_errors() {
         "tables: servo update",
         per_call(|| servo_updates(&mut servo, &huron.inputs)),
     );
-
-    let machine = machine(HURON[0]);
-    let errors = errors(HURON[1], &machine);
-    let (single, double) = (
-        Direct::<f32>::new(&machine, &errors),
-        Direct::<f64>::new(&machine, &errors),
-    );
-    // Both compute the same: to second order in f64, to rounding of 1 m in f32.
-    let (travel, weights) = (Travelling::default(), compensation.weights());
-    for q in &huron.inputs {
-        let tables = compensation.evaluate(q, &travel, &weights);
-        let q64: [f64; 5] = std::array::from_fn(|i| f64::from(q.axes[i]));
-        let found = double.correction(&q64);
-        let found32 = single.correction(&std::array::from_fn(|i| q.axes[i]));
-        for i in 0..5 {
-            assert!(
-                (f64::from(tables[i]) - found[i]).abs() < 2e-4,
-                "{tables:?} {found:?}"
-            );
-            assert!(
-                (tables[i] - found32[i]).abs() < 1e-2,
-                "{tables:?} {found32:?}"
-            );
-        }
-    }
-    let single = per_call(|| {
-        for q in &huron.inputs {
-            black_box(single.correction(black_box(&std::array::from_fn(|i| q.axes[i]))));
-        }
-    });
-    line(
-        "direct: matrices of all axes and errors, least squares, f32",
-        single,
-    );
-    let double = per_call(|| {
-        for q in &huron.inputs {
-            black_box(double.correction(black_box(&std::array::from_fn(|i| f64::from(q.axes[i])))));
-        }
-    });
-    line("direct, f64", double);
-    println!(
-        "  evaluate / direct f32: {}",
-        verdict(evaluate / single, 0.25)
-    );
-    println!(
-        "  evaluate / direct f64: {}",
-        verdict(evaluate / double, 0.25)
-    );
 }
 
 fn steady_updates() {
@@ -263,49 +170,6 @@ fn grid() {
     });
     line("interpn, three calls on all points, f32", theirs);
     println!("  grid / interpn: {}", verdict(ours / theirs, 0.6));
-}
-
-fn compiling() {
-    println!("compile, all steps from the parsed files to the verification");
-    for (name, parameters, zero_at) in [
-        ("kolibri", "81", Some(vec![0.0, 0.0, 0.0, 0.0, 150.0])),
-        ("hu40", "84", None),
-        ("huron-k2x8", "13", None),
-    ] {
-        let machine = machine(&format!("examples/{name}/machine.toml"));
-        let errors = errors(
-            &format!("examples/{name}/errors-{parameters}.toml"),
-            &machine,
-        );
-        let mut options = Options {
-            allow_large: true,
-            ..Options::default()
-        };
-        options.tables.zero_at = zero_at;
-        options.tables.policy = Policy::Orientation;
-        let run = || {
-            let start = Instant::now();
-            let compiled = compile::compile(&machine, &errors, &options, &()).map(|c| c.built.size);
-            (start.elapsed().as_secs_f64(), compiled)
-        };
-        let mut best = run();
-        for _ in 0..2 {
-            let again = run();
-            if again.0 < best.0 {
-                best = again;
-            }
-        }
-        match best.1 {
-            Ok(size) => {
-                let met = if best.0 <= 2.0 { "met" } else { "missed" };
-                println!(
-                    "  {name}, {parameters} parameters: {:.2} s, {} tables, {} terms   (target 2 s: {met})",
-                    best.0, size.tables, size.terms
-                );
-            }
-            Err(error) => println!("  {name}, {parameters} parameters: {error}"),
-        }
-    }
 }
 
 /// Calls a workload `count` times, after the same preparation for any count.
@@ -357,7 +221,6 @@ fn main() -> ExitCode {
             thirteen_errors();
             steady_updates();
             grid();
-            compiling();
         }
     }
     ExitCode::SUCCESS

@@ -3,11 +3,9 @@
 
 use crate::timing::POINTS;
 use std::hint::black_box;
-use trueaxis::{
-    AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Compensation, Direction, Draft, DraftBank, Inputs,
-    Interpolation, SampleFormat, Servo, Term,
-};
+use trueaxis::{AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Compensation, Draft, Inputs, Servo};
 use trueaxis_tests::Fixed;
+use trueaxis_tests::golden::{plain_axis, plain_bank, product, random_values};
 
 /// The situation during an update.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -55,20 +53,9 @@ const BEFORE: usize = 2 * POINTS;
 /// Tables and terms in the layout of the thirteen errors of the Huron; values are random.
 fn draft(case: Case) -> Draft {
     let mut random = Fixed::new(3);
-    let mut column = |points: usize| -> Vec<f32> {
-        (0..points)
-            .map(|_| random.within(-0.02, 0.02) as f32)
-            .collect()
-    };
-    let mut bank = |input: u8, half: f32, points: usize, tables: usize| DraftBank {
-        input,
-        start: -half,
-        step: 2.0 * half / (points - 1) as f32,
-        modulo: false,
-        direction: Direction::Both,
-        interpolation: Interpolation::Linear,
-        format: SampleFormat::F32,
-        columns: (0..tables).map(|_| column(points)).collect(),
+    let mut bank = |input: u8, half: f32, points: usize, tables: usize| {
+        let columns = (0..tables).map(|_| random_values(&mut random, points, 0.02));
+        plain_bank(input, [-half, half], columns.collect())
     };
     let mut banks = vec![
         bank(0, TRAVEL[0], 2, 1),
@@ -105,17 +92,7 @@ fn draft(case: Case) -> Draft {
             sensor: trueaxis::Sensor::USUAL,
         });
     }
-    let axis = |(k, name): (usize, u8)| Axis {
-        name,
-        travel: [-TRAVEL[k], TRAVEL[k]],
-        period: 0.0,
-        value_bound: 1.0,
-        rate_bound: 100.0,
-        reversal_threshold: 0.001,
-        ramp_rate: 1.0,
-        reversal_rate: 100.0,
-        reversal_acceleration: 20.0,
-    };
+    let axis = |(k, name): (usize, u8)| plain_axis(name, [-TRAVEL[k], TRAVEL[k]]);
     let mut axes: Vec<Axis> = axes.into_iter().enumerate().map(axis).collect();
     if case == Case::Endless {
         axes[2].period = 360.0;
@@ -128,12 +105,7 @@ fn draft(case: Case) -> Draft {
         banks,
         terms: products
             .into_iter()
-            .map(|(output, factors)| Term {
-                output,
-                weight: 1.0,
-                limits: None,
-                factors: factors.into_iter().collect(),
-            })
+            .map(|(output, factors)| product(output, &factors))
             .collect(),
         ..Draft::default()
     }

@@ -5,11 +5,11 @@ use super::embedded::{Parameters, Strategy, kolibri};
 use super::validated::{Corrector, Validation};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
-use trueaxis_measure::simulate::Disturbances;
+use trueaxis_identify::simulate::Disturbances;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::PerAxis;
-use trueaxis_tables::validate::Statistics;
+use trueaxis_model::validate::Statistics;
 
 /// Table 5-5, setup S: mean volumetric error (µm) by each parameter but backlash, as printed.
 pub const EFFECTS: [(&str, f64); 10] = [
@@ -90,50 +90,66 @@ fn effects(place: Vector3<f64>) -> Result<[f64; 10], ReproduceError> {
     Ok(found)
 }
 
-/// The place that explains a table best: the least squares of relative differences (Levenberg, Marquardt).
-fn fitted(printed: [f64; 10]) -> Result<Ball, ReproduceError> {
-    let off = |place: Vector3<f64>| -> Result<[f64; 10], ReproduceError> {
-        let found = effects(place)?;
-        Ok(std::array::from_fn(|i| found[i] / printed[i] - 1.0))
-    };
-    let square = |off: &[f64; 10]| off.iter().map(|o| o * o).sum::<f64>();
-    let from = |start: [f64; 3]| -> Result<(f64, Vector3<f64>), ReproduceError> {
-        let mut place = Vector3::from(start);
-        let mut here = off(place)?;
-        let mut damping = 1e-3;
-        for _ in 0..ITERATIONS {
-            let (mut normal, mut gradient) = (Matrix3::zeros(), Vector3::zeros());
-            let mut columns = [[0.0; 10]; 3];
-            for (k, column) in columns.iter_mut().enumerate() {
-                let mut step = Vector3::zeros();
-                step[k] = STEP;
-                let (up, down) = (off(place + step)?, off(place - step)?);
-                *column = std::array::from_fn(|i| (up[i] - down[i]) / (2.0 * STEP));
-            }
-            for i in 0..here.len() {
-                let row = Vector3::new(columns[0][i], columns[1][i], columns[2][i]);
-                normal += row * row.transpose();
-                gradient += row * here[i];
-            }
-            normal += Matrix3::from_diagonal(&(damping * normal.diagonal()));
-            let Some(step) = normal.lu().solve(&-gradient) else {
-                break;
-            };
-            let there = off(place + step)?;
-            if square(&there) < square(&here) {
-                (place, here) = (place + step, there);
-                damping /= 5.0;
-                if step.norm() < STILL {
-                    break;
-                }
-            } else {
-                damping *= 5.0;
-            }
+/// Relative differences of the effects at a place from those of a table.
+fn off(printed: &[f64; 10], place: Vector3<f64>) -> Result<[f64; 10], ReproduceError> {
+    let found = effects(place)?;
+    Ok(std::array::from_fn(|i| found[i] / printed[i] - 1.0))
+}
+
+/// Sum of the squares of relative differences.
+fn square(off: &[f64; 10]) -> f64 {
+    off.iter().map(|o| o * o).sum()
+}
+
+/// Derivatives of the differences along X, Y and Z.
+fn derivatives(printed: &[f64; 10], place: Vector3<f64>) -> Result<[[f64; 10]; 3], ReproduceError> {
+    let mut columns = [[0.0; 10]; 3];
+    for (k, column) in columns.iter_mut().enumerate() {
+        let mut step = Vector3::zeros();
+        step[k] = STEP;
+        let (up, down) = (off(printed, place + step)?, off(printed, place - step)?);
+        *column = std::array::from_fn(|i| (up[i] - down[i]) / (2.0 * STEP));
+    }
+    Ok(columns)
+}
+
+/// The least squares of relative differences from a start on (Levenberg, Marquardt), and their place.
+fn descended(printed: &[f64; 10], start: [f64; 3]) -> Result<(f64, Vector3<f64>), ReproduceError> {
+    let mut place = Vector3::from(start);
+    let mut here = off(printed, place)?;
+    let mut damping = 1e-3;
+    for _ in 0..ITERATIONS {
+        let (mut normal, mut gradient) = (Matrix3::zeros(), Vector3::zeros());
+        let columns = derivatives(printed, place)?;
+        for i in 0..here.len() {
+            let row = Vector3::new(columns[0][i], columns[1][i], columns[2][i]);
+            normal += row * row.transpose();
+            gradient += row * here[i];
         }
-        Ok((square(&here), place))
-    };
-    let ends: Result<Vec<_>, ReproduceError> = STARTS.into_par_iter().map(from).collect();
-    let mut ends = ends?;
+        normal += Matrix3::from_diagonal(&(damping * normal.diagonal()));
+        let Some(step) = normal.lu().solve(&-gradient) else {
+            break;
+        };
+        let there = off(printed, place + step)?;
+        if square(&there) < square(&here) {
+            (place, here) = (place + step, there);
+            damping /= 5.0;
+            if step.norm() < STILL {
+                break;
+            }
+        } else {
+            damping *= 5.0;
+        }
+    }
+    Ok((square(&here), place))
+}
+
+/// The place that explains a table best.
+fn fitted(printed: [f64; 10]) -> Result<Ball, ReproduceError> {
+    let ends = STARTS
+        .into_par_iter()
+        .map(|start| descended(&printed, start));
+    let mut ends = ends.collect::<Result<Vec<_>, ReproduceError>>()?;
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (least, place) = ends[0];
     let misfit = |square: f64| (square / 10.0).sqrt();

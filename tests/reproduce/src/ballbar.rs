@@ -4,12 +4,13 @@ use super::embedded::{Example, Parameters, hu40};
 use super::grids::Tables;
 use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, ReproduceError};
 use rayon::prelude::*;
-use trueaxis_measure::ballbar::{BallBar, Hemisphere, PathPoint, ReadOut, Sphere};
+use trueaxis_direct::ballbar::{BallBar, Hemisphere, PathPoint, ReadOut, Sphere};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::Bench;
+use trueaxis_model::machine::Axis;
+use trueaxis_model::validate::Runtime;
 use trueaxis_report::picture::{Chart, Ink, Mark, Scale, Series};
 use trueaxis_tables::compile::Built;
-use trueaxis_tables::validate::Runtime;
 
 /// Every n-th reading is drawn.
 const DRAWN: usize = 25;
@@ -116,69 +117,101 @@ struct Centre {
     positive: bool,
 }
 
-fn centre(example: &Example) -> Result<Centre, ReproduceError> {
-    let mut errors = hu40()?.errors(Parameters::Hu40Of84)?;
-    // The coefficients hold on both sides of zero: where the travel begins is what is looked for.
-    let lengths = ['X', 'Y', 'Z'].map(|letter| {
-        let index = example.machine.index(letter);
-        index.map_or(0.0, |i| {
-            example.machine.axes[i].travel[1] - example.machine.axes[i].travel[0]
-        })
-    });
-    for (calibrated, axis) in errors.calibrated.iter_mut().zip(&example.machine.axes) {
-        if !axis.letter.is_rotary() {
-            let length = axis.travel[1] - axis.travel[0];
-            *calibrated = [-length, length];
+/// What the bar shows of the machine with the 84 coefficients around each of its places.
+struct CentreSearch<'a> {
+    example: &'a Example,
+    errors: ErrorModel,
+    path: Vec<PathPoint>,
+    radius: f64,
+    /// Length of the travel of X, Y and Z (mm).
+    lengths: [f64; 3],
+}
+
+impl<'a> CentreSearch<'a> {
+    fn new(example: &'a Example) -> Result<Self, ReproduceError> {
+        let mut errors = hu40()?.errors(Parameters::Hu40Of84)?;
+        // The coefficients hold on both sides of zero: where the travel begins is what is looked for.
+        let axes = &example.machine.axes;
+        let length = |axis: &Axis| axis.travel[1] - axis.travel[0];
+        let of = |letter| {
+            example
+                .machine
+                .index(letter)
+                .map_or(0.0, |i| length(&axes[i]))
+        };
+        for (calibrated, axis) in errors.calibrated.iter_mut().zip(axes) {
+            if !axis.letter.is_rotary() {
+                *calibrated = [-length(axis), length(axis)];
+            }
         }
+        let hemisphere = Hemisphere {
+            steps: COARSE,
+            ..Hemisphere::default()
+        };
+        Ok(Self {
+            example,
+            errors,
+            path: hemisphere.path()?,
+            radius: hemisphere.radius,
+            lengths: ['X', 'Y', 'Z'].map(of),
+        })
     }
-    let hemisphere = Hemisphere {
-        steps: COARSE,
-        ..Hemisphere::default()
-    };
-    let (path, radius) = (hemisphere.path()?, hemisphere.radius);
-    let at = |place: [f64; 3]| -> Result<Told, ReproduceError> {
-        Ok(told(radius, &read(example, &errors, &path, place, None)?)?.0)
-    };
-    let along = |k: usize, i: usize| {
-        let reach = lengths[k] - radius;
-        -reach + 2.0 * reach * i as f64 / (PLACES[k] - 1) as f64
-    };
-    let count: usize = PLACES.iter().product();
-    let all: Result<Vec<([f64; 3], Told)>, ReproduceError> = (0..count)
-        .into_par_iter()
-        .map(|i| {
+
+    fn at(&self, place: [f64; 3]) -> Result<Told, ReproduceError> {
+        let read = read(self.example, &self.errors, &self.path, place, None)?;
+        Ok(told(self.radius, &read)?.0)
+    }
+
+    /// Places all over the travels, and what the bar shows there.
+    fn everywhere(&self) -> Result<Vec<([f64; 3], Told)>, ReproduceError> {
+        let along = |k: usize, i: usize| {
+            let reach = self.lengths[k] - self.radius;
+            -reach + 2.0 * reach * i as f64 / (PLACES[k] - 1) as f64
+        };
+        let places = (0..PLACES.iter().product()).into_par_iter().map(|i| {
             let [_, y, z] = PLACES;
             let place = [along(0, i / (y * z)), along(1, i / z % y), along(2, i % z)];
-            Ok((place, at(place)?))
-        })
-        .collect();
-    let all = all?;
+            Ok((place, self.at(place)?))
+        });
+        places.collect()
+    }
+
+    /// The best place from here, along each axis in turn with ever smaller steps.
+    fn descended(
+        &self,
+        (mut place, mut misfit): ([f64; 3], f64),
+    ) -> Result<([f64; 3], f64), ReproduceError> {
+        let mut step = 32.0;
+        while step >= LAST {
+            let mut moved = false;
+            for k in 0..3 {
+                for sign in [-1.0, 1.0] {
+                    let mut there = place;
+                    there[k] += sign * step;
+                    let found = self.at(there)?.misfit();
+                    if there[k].abs() <= self.lengths[k] - self.radius && found < misfit {
+                        (place, misfit, moved) = (there, found, true);
+                    }
+                }
+            }
+            if !moved {
+                step /= 2.0;
+            }
+        }
+        Ok((place, misfit))
+    }
+}
+
+fn centre(example: &Example) -> Result<Centre, ReproduceError> {
+    let search = CentreSearch::new(example)?;
+    let all = search.everywhere()?;
     let near: Vec<[f64; 3]> = (all.iter())
         .filter(|(_, told)| told.off().iter().all(|off| off.abs() < NEAR))
         .map(|(place, _)| *place)
         .collect();
-    let by_misfit =
-        |a: &&([f64; 3], Told), b: &&([f64; 3], Told)| a.1.misfit().total_cmp(&b.1.misfit());
-    let (mut place, mut misfit) =
-        (all.iter().min_by(by_misfit)).map_or(([0.0; 3], f64::MAX), |(p, t)| (*p, t.misfit()));
-    // From the best of them, along each axis in turn with ever smaller steps.
-    let mut step = 32.0;
-    while step >= LAST {
-        let mut moved = false;
-        for k in 0..3 {
-            for sign in [-1.0, 1.0] {
-                let mut there = place;
-                there[k] += sign * step;
-                let found = at(there)?.misfit();
-                if there[k].abs() <= lengths[k] - radius && found < misfit {
-                    (place, misfit, moved) = (there, found, true);
-                }
-            }
-        }
-        if !moved {
-            step /= 2.0;
-        }
-    }
+    let misfits = all.iter().map(|(place, told)| (*place, told.misfit()));
+    let best = misfits.min_by(|a, b| a.1.total_cmp(&b.1));
+    let (place, misfit) = search.descended(best.unwrap_or(([0.0; 3], f64::MAX)))?;
     Ok(Centre {
         place: place.map(f64::round),
         misfit,
@@ -204,83 +237,17 @@ pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
     let path = hemisphere.path()?;
     let centre = centre(example)?;
     let [thirteen, many] = &tables.errors;
-    let with: Vec<Option<&Built>> = [None]
-        .into_iter()
-        .chain(tables.built.iter().flatten().map(Some))
-        .collect();
+    let built = tables.built.iter().flatten().map(Some);
+    let with: Vec<Option<&Built>> = [None].into_iter().chain(built).collect();
     let at = |errors: &ErrorModel, with: Option<&Built>| {
-        told(
-            hemisphere.radius,
-            &read(example, errors, &path, centre.place, with)?,
-        )
+        let read = read(example, errors, &path, centre.place, with)?;
+        told(hemisphere.radius, &read)
     };
-    let actual: Result<Vec<(Told, Vec<f64>)>, ReproduceError> =
-        with.par_iter().map(|with| at(many, *with)).collect();
-    let actual = actual?;
-    let [x, y, z] = centre.place;
-    let mut compared = vec![
-        Compared::plain(
-            "centre: X, Y, Z",
-            Figure::Nothing,
-            Figure::Words(format!("{x:.0}, {y:.0}, {z:.0}")),
-        )
-        .from("-")
-        .in_unit("mm")
-        .because(CENTRE),
-        Compared::plain(
-            "misfit of the four figures",
-            Figure::Nothing,
-            Figure::new(100.0 * centre.misfit, 0),
-        )
-        .in_unit("%")
-        .because(CENTRE),
-    ];
-    let um = |value: f64| Figure::new(value, 1);
-    for (what, [before, with_few, with_many], of) in ROWS {
-        let at = |index: usize| um(of(&actual[index].0));
-        let source = match what {
-            "largest less smallest reading" => "section 4.7",
-            _ => "Table 4-4",
-        };
-        compared.extend([
-            Compared::plain(format!("{what}: before"), um(before), at(0))
-                .from(source)
-                .in_unit("µm")
-                .because(match what {
-                    "size" => SIGN,
-                    _ => CENTRE,
-                }),
-            Compared::plain("… with the grid of 13 errors", um(with_few), at(1))
-                .from(source)
-                .in_unit("µm")
-                .beside([at(2), at(3)])
-                .because(MODELS),
-            Compared::plain("… with the grid of 84 coefficients", um(with_many), at(4))
-                .from(source)
-                .in_unit("µm")
-                .beside([at(5), at(6)])
-                .because(NOTHING_ELSE),
-        ]);
-    }
-    let gone = |index: usize| 100.0 * (1.0 - actual[index].0.readings / actual[0].0.readings);
-    compared.extend([
-        Compared::plain(
-            "size of a machine with the 13 errors: before",
-            um(19.3),
-            um(at(thirteen, None)?.0.size),
-        )
-        .in_unit("µm")
-        .because(SMALLER),
-        Compared::plain(
-            "range of the readings that both compensate, mean",
-            Figure::new(82.0, 0),
-            Figure::new(0.5 * (gone(1) + gone(4)), 0),
-        )
-        .from("abstract")
-        .in_unit("%")
-        .beside([0.5 * (gone(2) + gone(5)), 0.5 * (gone(3) + gone(6))].map(|p| Figure::new(p, 0)))
-        .because(MEAN),
-    ]);
+    let actual = with.par_iter().map(|with| at(many, *with));
+    let actual = actual.collect::<Result<Vec<(Told, Vec<f64>)>, ReproduceError>>()?;
+    let mut compared = of_centre(&centre).to_vec();
+    compared.extend(by_grid(&actual));
+    compared.extend(of_both(&actual, at(thirteen, None)?.0.size));
     Ok(Chapter {
         title: "Chapter 4: the ball-bar",
         source: "Table 4-4",
@@ -295,6 +262,75 @@ pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
         }],
         pictures: vec![picture(&actual)],
     })
+}
+
+/// The inferred place.
+fn of_centre(centre: &Centre) -> [Compared; 2] {
+    let [x, y, z] = centre.place;
+    let row = |what, ours| Compared::plain(what, Figure::Nothing, ours).because(CENTRE);
+    let place = Figure::Words(format!("{x:.0}, {y:.0}, {z:.0}"));
+    let misfit = Figure::new(100.0 * centre.misfit, 0);
+    [
+        row("centre: X, Y, Z", place).from("-").in_unit("mm"),
+        row("misfit of the four figures", misfit).in_unit("%"),
+    ]
+}
+
+/// Figures of the bar before, and with each grid.
+fn by_grid(actual: &[(Told, Vec<f64>)]) -> Vec<Compared> {
+    let mut rows = Vec::new();
+    for (what, [before, with_few, with_many], of) in ROWS {
+        let at = |index: usize| of(&actual[index].0);
+        let exact = |of: [usize; 2]| of.map(|index| Figure::new(at(index), 1));
+        let source = match what {
+            "largest less smallest reading" => "section 4.7",
+            _ => "Table 4-4",
+        };
+        let row = |what: String, document, index| {
+            Compared::numbers(what, [document, at(index)], 1)
+                .from(source)
+                .in_unit("µm")
+        };
+        let why = if what == "size" { SIGN } else { CENTRE };
+        rows.extend([
+            row(format!("{what}: before"), before, 0).because(why),
+            row("… with the grid of 13 errors".to_owned(), with_few, 1)
+                .beside(exact([2, 3]))
+                .because(MODELS),
+            row(
+                "… with the grid of 84 coefficients".to_owned(),
+                with_many,
+                4,
+            )
+            .beside(exact([5, 6]))
+            .because(NOTHING_ELSE),
+        ]);
+    }
+    rows
+}
+
+/// The size (µm) of a machine with the 13 errors, and what both corrections compensate.
+fn of_both(actual: &[(Told, Vec<f64>)], size: f64) -> [Compared; 2] {
+    let gone = |index: usize| 100.0 * (1.0 - actual[index].0.readings / actual[0].0.readings);
+    let both = |a: usize, b: usize| 0.5 * (gone(a) + gone(b));
+    [
+        Compared::numbers(
+            "size of a machine with the 13 errors: before",
+            [19.3, size],
+            1,
+        )
+        .in_unit("µm")
+        .because(SMALLER),
+        Compared::numbers(
+            "range of the readings that both compensate, mean",
+            [82.0, both(1, 4)],
+            0,
+        )
+        .from("abstract")
+        .in_unit("%")
+        .beside([both(2, 5), both(3, 6)].map(|part| Figure::new(part, 0)))
+        .because(MEAN),
+    ]
 }
 
 fn picture(found: &[(Told, Vec<f64>)]) -> Picture {

@@ -2,8 +2,8 @@
 //! program.
 
 use super::ReproduceError;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::{self, Probings};
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::probings::{self, Probings};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 

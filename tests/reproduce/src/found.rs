@@ -135,6 +135,16 @@ impl Compared {
         }
     }
 
+    /// Two numbers with as many decimals.
+    #[must_use]
+    pub fn numbers(what: impl Into<String>, [document, ours]: [f64; 2], decimals: usize) -> Self {
+        Self::plain(
+            what,
+            Figure::new(document, decimals),
+            Figure::new(ours, decimals),
+        )
+    }
+
     /// With its unit.
     #[must_use]
     pub fn in_unit(mut self, unit: &'static str) -> Self {
@@ -142,11 +152,11 @@ impl Compared {
         self
     }
 
-    /// As a displacement of the tip.
+    /// As a displacement of the tip in µm.
     #[must_use]
     pub fn of(mut self, quantity: Quantity) -> Self {
         self.quantity = quantity;
-        self
+        self.in_unit("µm")
     }
 
     /// With its place in the document.

@@ -7,11 +7,11 @@ use std::ops::RangeInclusive;
 use trueaxis::Travel;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::{Kinematics, Policy};
+use trueaxis_model::validate::{Quality, Region, Runtime, random_commands, verify};
 use trueaxis_report::picture::{Chart, Ink, Mark, Scale, Series};
 use trueaxis_tables::compile::Built;
 use trueaxis_tables::schemes::Scheme;
 use trueaxis_tables::schemes::grid3d::{Rms, Wanted, left_by_size};
-use trueaxis_tables::validate::{Quality, Region, Runtime, random_commands, verify};
 
 /// Grid sizes examined.
 const SIZES: RangeInclusive<usize> = 2..=25;
@@ -143,122 +143,116 @@ const LARGE: &str = "mainly the constant ECX0 = −3.62 mrad, which leans on oth
 /// Number of seeds of the random commands.
 const SEEDED: u64 = 10;
 
-pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
-    let example = &tables.example;
-    let [thirteen, many] = &tables.errors;
-    let default = Wanted::default;
+/// Nodes along X, Y and Z, as words.
+fn size(built: &Built) -> Result<Figure, ReproduceError> {
+    let [x, y, z] = nodes(built)?;
+    Ok(Figure::Words(format!("{x}×{y}×{z}")))
+}
+
+/// The least and the most of numbers of nodes.
+fn range(all: &[usize]) -> Figure {
+    let (low, high) = (all.iter().min(), all.iter().max());
+    Figure::Words(format!("{}…{}", low.unwrap_or(&0), high.unwrap_or(&0)))
+}
+
+fn words(text: &str) -> Figure {
+    Figure::Words(text.to_owned())
+}
+
+/// Sizes of the grids, and what the one for 13 errors leaves.
+fn sizes(tables: &Tables) -> Result<Vec<Compared>, ReproduceError> {
     let [[small, few_exact @ ..], [large, many_exact @ ..]] = &tables.built;
-    let printed = grid(
-        example,
-        many,
-        Wanted {
-            rms: Rms::Printed,
-            ..default()
-        },
-    )?;
-    let seeded: Result<Vec<usize>, ReproduceError> = (1..=SEEDED)
-        .map(|seed| {
-            let wanted = Wanted { seed, ..default() };
-            Ok(nodes(&grid(example, many, wanted)?)?[0])
-        })
-        .collect();
-    let constant = {
-        let mut errors = many.clone();
-        if let Some(parameter) = Parameter::parse("ECX0") {
-            errors.set(&example.machine, parameter, 0.0);
-        }
-        grid(example, &errors, default())?
+    let count = |built: &Built| Figure::Words(format!("{} tables", built.size.tables));
+    let counts = || many_exact.each_ref().map(count);
+    let of_large = |what, document| -> Result<Compared, ReproduceError> {
+        Ok(Compared::plain(what, words(document), size(large)?).beside(counts()))
     };
-    let (_, of_13) = at_rest(example, thirteen, [small, &few_exact[0], &few_exact[1]])?;
-    let (_, of_84) = at_rest(example, many, [large, &many_exact[0], &many_exact[1]])?;
-    let size = |built: &Built| {
-        let [x, y, z] = nodes(built)?;
-        Ok::<_, ReproduceError>(Figure::Words(format!("{x}×{y}×{z}")))
-    };
-    let words = |text: &str| Figure::Words(text.to_owned());
-    let tables =
-        |all: &[Built]| [0, 1].map(|i| Figure::Words(format!("{} tables", all[i].size.tables)));
-    let um = |value: f64| Figure::new(value, 3);
-    let rms = |found: &[Quality; 3]| found.map(|q| um(q.translation_um.rms));
-    let [ours_13, a_13, b_13] = rms(&of_13);
-    let [ours_84, a_84, b_84] = rms(&of_84);
-    let mut compared = vec![
-        Compared::plain("nodes, 13 errors", words("2×2×2"), size(small)?).beside(tables(few_exact)),
-        Compared::plain("… RMS that is left", words("< 0.1"), ours_13)
-            .in_unit("µm")
-            .beside([a_13, b_13]),
-        Compared::plain(
-            "nodes, 84 coefficients, first simulated set",
-            words("14×14×14"),
-            size(large)?,
-        )
-        .beside(tables(many_exact))
-        .because(SETS),
-        Compared::plain("… second simulated set", words("19×19×19"), size(large)?)
-            .beside(tables(many_exact))
-            .because(SETS),
-        Compared::plain("… as measured", words("19×19×19"), size(large)?)
-            .beside(tables(many_exact))
+    let first = "nodes, 84 coefficients, first simulated set";
+    Ok(vec![
+        Compared::plain("nodes, 13 errors", words("2×2×2"), size(small)?)
+            .beside(few_exact.each_ref().map(count)),
+        left(tables, 0, words("< 0.1"))?,
+        of_large(first, "14×14×14")?.because(SETS),
+        of_large("… second simulated set", "19×19×19")?.because(SETS),
+        of_large("… as measured", "19×19×19")?
             .from("section 4.7")
             .because(BEGIN),
-    ];
-    let range = |all: &[usize]| {
-        let (low, high) = (all.iter().min(), all.iter().max());
-        Figure::Words(format!("{}…{}", low.unwrap_or(&0), high.unwrap_or(&0)))
-    };
-    compared.extend([
+    ])
+}
+
+/// What the tables of a machine leave.
+fn left(tables: &Tables, of: usize, document: Figure) -> Result<Compared, ReproduceError> {
+    let [a, b, c] = &tables.built[of];
+    let (_, found) = at_rest(&tables.example, &tables.errors[of], [a, b, c])?;
+    let [ours, exact @ ..] = found.map(|q| Figure::new(q.translation_um.rms, 3));
+    let row = Compared::plain("… RMS that is left", document, ours);
+    Ok(row.in_unit("µm").beside(exact))
+}
+
+/// The size of the larger grid for other commands, places and thresholds.
+fn varied(tables: &Tables) -> Result<[Compared; 3], ReproduceError> {
+    let many = |wanted: Wanted| grid(&tables.example, &tables.errors[1], wanted);
+    let rms = Rms::Printed;
+    let printed = many(Wanted {
+        rms,
+        ..Wanted::default()
+    })?;
+    let seeded = (1..=SEEDED).map(|seed| {
+        let built = many(Wanted {
+            seed,
+            ..Wanted::default()
+        })?;
+        Ok(nodes(&built)?[0])
+    });
+    let seeded: Result<Vec<usize>, ReproduceError> = seeded.collect();
+    let anywhere = "… … wherever travels begin";
+    Ok([
         Compared::plain("… … over ten seeds", words("19"), range(&seeded?)).because(SEEDS),
-        Compared::plain(
-            "… … wherever travels begin",
-            words("19"),
-            range(&placements()?),
-        )
-        .because(BEGIN),
+        Compared::plain(anywhere, words("19"), range(&placements()?)).because(BEGIN),
         Compared::plain("… with Eq. 12 as printed", Figure::Nothing, size(&printed)?)
             .from("Eq. 12")
             .because(PRINTED),
-        Compared::plain("… RMS that is left", Figure::Nothing, ours_84)
-            .in_unit("µm")
-            .beside([a_84, b_84]),
-        Compared::plain(
-            "largest correction, 13 errors",
-            words("< 100"),
-            Figure::new(largest(example, small), 1),
-        )
-        .from("section 4.7")
-        .in_unit("µm"),
-        Compared::plain(
-            "… 84 coefficients",
-            words("< 100"),
-            Figure::new(largest(example, large), 1),
-        )
-        .from("section 4.7")
-        .in_unit("µm")
-        .because(LARGE),
-    ]);
-    for letter in ['X', 'Y', 'Z'] {
-        compared.push(
-            Compared::plain(
-                format!("… … of {letter} without ECX0"),
-                words("< 100"),
-                Figure::new(largest_of(example, &constant, letter), 1),
-            )
+    ])
+}
+
+/// The largest corrections of the grids, and those without a constant.
+fn corrections(tables: &Tables) -> Result<Vec<Compared>, ReproduceError> {
+    let example = &tables.example;
+    let [[small, ..], [large, ..]] = &tables.built;
+    let mut errors = tables.errors[1].clone();
+    if let Some(parameter) = Parameter::parse("ECX0") {
+        errors.set(&example.machine, parameter, 0.0);
+    }
+    let constant = grid(example, &errors, Wanted::default())?;
+    let row = |what: String, um: f64| {
+        Compared::plain(what, words("< 100"), Figure::new(um, 1))
             .from("section 4.7")
             .in_unit("µm")
-            .because(LARGE),
-        );
-    }
-    let few = nodes(small)?;
-    let meets = |errors: &ErrorModel| {
-        left_by_size(
-            &example.machine,
-            errors,
-            &default(),
-            Policy::Position,
-            SIZES,
-        )
     };
-    let curves = [meets(thirteen)?, meets(many)?];
+    let mut rows = vec![
+        row(
+            "largest correction, 13 errors".to_owned(),
+            largest(example, small),
+        ),
+        row("… 84 coefficients".to_owned(), largest(example, large)).because(LARGE),
+    ];
+    rows.extend(['X', 'Y', 'Z'].map(|letter| {
+        let um = largest_of(example, &constant, letter);
+        row(format!("… … of {letter} without ECX0"), um).because(LARGE)
+    }));
+    Ok(rows)
+}
+
+pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
+    let mut compared = sizes(tables)?;
+    compared.extend(varied(tables)?);
+    compared.push(left(tables, 1, Figure::Nothing)?);
+    compared.extend(corrections(tables)?);
+    let few = nodes(&tables.built[0][0])?;
+    let machine = &tables.example.machine;
+    let (default, position) = (Wanted::default(), Policy::Position);
+    let meets = |errors| left_by_size(machine, errors, &default, position, SIZES);
+    let curves = [meets(&tables.errors[0])?, meets(&tables.errors[1])?];
     Ok(Chapter {
         title: "Chapter 4: the size of a grid",
         source: "section 4.5.1",

@@ -26,15 +26,15 @@ pub use found::{
 pub use page::page;
 pub use table_6_2::{CASES as TABLE_6_2, LINEAR as WITHOUT_REST};
 use trueaxis::LoadError;
-use trueaxis_measure::ballbar::{TooFew, Uneven};
-use trueaxis_measure::compare::NotCompared;
-use trueaxis_measure::identify::IdentifyError;
-use trueaxis_measure::simulate::SimulateError;
+use trueaxis_direct::ballbar::{TooFew, Uneven};
+use trueaxis_identify::IdentifyError;
+use trueaxis_identify::simulate::SimulateError;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::source::FileError;
+use trueaxis_model::validate::DrawError;
+use trueaxis_report::scheme_comparison::NotCompared;
 use trueaxis_tables::compile::{CompileError, Progress};
 use trueaxis_tables::schemes::SchemeError;
-use trueaxis_tables::validate::DrawError;
 
 /// Why a figure could not be recomputed.
 #[derive(Clone, Debug, thiserror::Error)]

@@ -1,6 +1,6 @@
 //! The page in `docs/evidence`.
 
-use super::{Chapter, Figure, Fixed, Reproduced};
+use super::{Chapter, Compared, Figure, Fixed, Reproduced};
 use std::fmt::Write;
 
 const HEAD: &str = "# The document's figures, recomputed
@@ -84,6 +84,19 @@ fn write_statements(text: &mut String, head: &str, statements: &[&Fixed]) {
     }
 }
 
+/// A row of the table without its reason.
+fn row(part: &Chapter, one: &Compared) -> String {
+    let exact = [&one.exact_orientation, &one.exact_direction];
+    let [document, ours] = [&one.document, &one.ours].map(Figure::text);
+    let exact = exact.map(Figure::text).join(" | ");
+    let (what, quantity, unit) = (&one.what, one.quantity.word(), one.unit);
+    let source = match one.source {
+        "" => part.source,
+        source => source,
+    };
+    format!("| {what} | {quantity} | {source} | {unit} | {document} | {ours} | {exact} |")
+}
+
 fn write_compared(text: &mut String, parts: &[Chapter]) {
     let mut reasons: Vec<&str> = Vec::new();
     text.push_str(
@@ -103,23 +116,7 @@ fn write_compared(text: &mut String, parts: &[Chapter]) {
                 });
                 (number + 1).to_string()
             });
-            let figures = [
-                &one.document,
-                &one.ours,
-                &one.exact_orientation,
-                &one.exact_direction,
-            ];
-            let figures = figures.map(Figure::text).join(" | ");
-            let quantity = one.quantity.word();
-            let source = match one.source {
-                "" => part.source,
-                source => source,
-            };
-            let _ = writeln!(
-                text,
-                "| {} | {quantity} | {source} | {} | {figures} | {why} |",
-                one.what, one.unit
-            );
+            let _ = writeln!(text, "{} {why} |", row(part, one));
         }
     }
     if !reasons.is_empty() {

@@ -4,8 +4,8 @@ use super::ball::{self, Ball};
 use super::embedded::{Example, Parameters, Strategy, kolibri};
 use super::validated::{Corrector, Spread, Validation, both, built, consistent, exact, poly25};
 use super::{Chapter, Compared, Drawn, Figure, Picture, Quantity, ReproduceError};
-use trueaxis_measure::identify::Compensated;
-use trueaxis_measure::simulate::Disturbances;
+use trueaxis_identify::Compensated;
+use trueaxis_identify::simulate::Disturbances;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_report::picture::{Chart, Ink, Mark, Scale, Series};
 use trueaxis_tables::compile::Built;
@@ -76,6 +76,24 @@ fn tables(
     ])
 }
 
+/// Results before, and with each of the tables for the `known` errors.
+fn results(
+    validation: &Validation<'_>,
+    [fitted, zone]: [&Example; 2],
+    actual: &ErrorModel,
+    known: &ErrorModel,
+) -> Result<Vec<Told>, ReproduceError> {
+    let quiet = Disturbances::default();
+    let before = validation.identified(actual, &Corrector::Nothing, &quiet)?;
+    let before = &before.errors;
+    let mut all = vec![told(validation, actual, &Corrector::Nothing, before)?];
+    for built in tables(fitted, zone, known)? {
+        let corrector = Corrector::tables(&built)?;
+        all.push(told(validation, actual, &corrector, before)?);
+    }
+    Ok(all)
+}
+
 const FITTED: &str = "from this table the place of the ball was inferred, with the first two rows exchanged: they are \
     interchanged in print, for no place explains them as they stand. Its height and its distance from the axis of C are \
     certain, its direction from there is not: another place fits almost as well, and changes what is predicted below by \
@@ -102,183 +120,14 @@ pub fn chapter(balls: &[Ball; 2]) -> Result<Chapter, ReproduceError> {
     let quiet = Disturbances::default();
     let probed = calibration.probed(&known, &Corrector::Nothing, &quiet)?;
     let fitted = kolibri()?.within_probed(&probed);
-    let run = |actual: &ErrorModel, known: &ErrorModel| -> Result<Vec<Told>, ReproduceError> {
-        let before = validation.identified(actual, &Corrector::Nothing, &quiet)?;
-        let before = &before.errors;
-        let mut all = vec![told(&validation, actual, &Corrector::Nothing, before)?];
-        for built in tables(&fitted, &zone, known)? {
-            let corrector = Corrector::tables(&built)?;
-            all.push(told(&validation, actual, &corrector, before)?);
-        }
-        Ok(all)
-    };
-    let few = run(&later, &known)?;
-    let all = run(&many, &many)?;
+    let of = |actual, known| results(&validation, [&fitted, &zone], actual, known);
+    let few = of(&later, &known)?;
+    let all = of(&many, &many)?;
 
-    let um = |value: f64| Figure::new(value, 1);
-    let words = |[x, y, z]: [f64; 3]| Figure::Words(format!("{x:.1}, {y:.1}, {z:.1}"));
-    let mut compared = vec![
-        Compared::plain(
-            "place of the ball: x, y, z",
-            Figure::Nothing,
-            words(ball.place),
-        )
-        .from("-")
-        .in_unit("mm")
-        .because(FITTED),
-        Compared::plain(
-            "… misfit of its ten effects",
-            Figure::Nothing,
-            Figure::new(100.0 * ball.misfit, 1),
-        )
-        .from("Table 5-5")
-        .in_unit("%")
-        .because(FITTED),
-        Compared::plain(
-            "… next best place, its misfit",
-            Figure::Nothing,
-            ball.next.map_or(Figure::Nothing, |(place, misfit)| {
-                let [x, y, z] = place;
-                Figure::Words(format!("{x:.1}, {y:.1}, {z:.1}: {:.1} %", 100.0 * misfit))
-            }),
-        )
-        .from("-")
-        .in_unit("mm")
-        .because(FITTED),
-        Compared::plain(
-            "… misfit with the rows as printed",
-            Figure::Nothing,
-            Figure::new(100.0 * printed.misfit, 1),
-        )
-        .from("Table 5-5")
-        .in_unit("%")
-        .because(FITTED),
-    ];
-    let exchanged = |name: &str| {
-        match name {
-            "EB0A" => "EC0A",
-            "EC0A" => "EB0A",
-            other => other,
-        }
-        .to_owned()
-    };
-    for ((name, _), effect) in ball::EFFECTS.iter().zip(ball.effects) {
-        let row = exchanged(name);
-        let document = ball::EFFECTS.iter().find(|(n, _)| *n == row);
-        let document = document.map_or(Figure::Nothing, |(_, um)| Figure::new(*um, 2));
-        compared.push(
-            Compared::plain(format!("mean by {name}"), document, Figure::new(effect, 2))
-                .of(Quantity::Raw)
-                .from("Table 5-5, S")
-                .in_unit("µm")
-                .because(FITTED),
-        );
-    }
-    let of_exact = |of: &[Told], value: fn(&Told) -> f64| [3, 4].map(|i| um(value(&of[i])));
-    compared.push(
-        Compared::plain("mean: before", um(125.0), um(few[0].raw.mean))
-            .of(Quantity::Raw)
-            .in_unit("µm")
-            .because(MODEL),
-    );
-    compared.push(
-        Compared::plain("… 12 errors", um(47.0), um(few[2].raw.mean))
-            .of(Quantity::Raw)
-            .in_unit("µm")
-            .beside(of_exact(&few, |t| t.raw.mean))
-            .because(OBJECTIVE),
-    );
-    compared.push(
-        Compared::plain(
-            "… … objective of Eqs. 28 to 30",
-            um(47.0),
-            um(few[1].raw.mean),
-        )
-        .of(Quantity::Raw)
-        .in_unit("µm")
-        .beside(of_exact(&few, |t| t.raw.mean))
-        .because(OBJECTIVE),
-    );
-    compared.push(
-        Compared::plain("… 81 coefficients", um(32.0), um(all[2].set_up_free.mean))
-            .of(Quantity::SetUpFree)
-            .in_unit("µm")
-            .beside(of_exact(&all, |t| t.set_up_free.mean))
-            .because(MANY),
-    );
-    let triple = |[x, y, z]: [f64; 3]| Figure::Words(format!("{x:.1} / {y:.1} / {z:.1}"));
-    let exact_rms = |of: &[Told], rms: fn(&Told) -> [f64; 3]| [3, 4].map(|i| triple(rms(&of[i])));
-    for (quantity, rms) in [
-        (Quantity::Raw, (|t| t.raw.rms) as fn(&Told) -> [f64; 3]),
-        (Quantity::SetUpFree, |t| t.set_up_free.rms),
-    ] {
-        compared.push(
-            Compared::plain(
-                "RMS along X / Y / Z: before",
-                triple([87.3, 75.4, 71.5]),
-                triple(rms(&few[0])),
-            )
-            .of(quantity)
-            .from("section 5.9.2")
-            .in_unit("µm")
-            .because(MODEL),
-        );
-        compared.push(
-            Compared::plain(
-                "… 12 errors",
-                triple([24.8, 18.8, 22.1]),
-                triple(rms(&few[2])),
-            )
-            .of(quantity)
-            .from("section 5.9.2")
-            .in_unit("µm")
-            .beside(exact_rms(&few, rms))
-            .because(OBJECTIVE),
-        );
-    }
-    compared.push(
-        Compared::plain(
-            "… 81 coefficients",
-            triple([18.6, 11.9, 21.5]),
-            triple(all[2].set_up_free.rms),
-        )
-        .of(Quantity::SetUpFree)
-        .from("section 5.9.2")
-        .in_unit("µm")
-        .beside(exact_rms(&all, |t| t.set_up_free.rms))
-        .because(MANY),
-    );
-    let percent = |left: f64, of: f64| Figure::new(100.0 * (1.0 - left / of), 0);
-    for (what, source, document, left, of) in [
-        (
-            "RMS length that 12 errors compensate",
-            "section 5.10",
-            72.0,
-            few[2].raw.rms_length(),
-            few[0].raw.rms_length(),
-        ),
-        (
-            "mean that 12 errors compensate",
-            "abstract",
-            63.0,
-            few[2].raw.mean,
-            few[0].raw.mean,
-        ),
-        (
-            "mean that 81 coefficients compensate",
-            "section 5.10",
-            74.0,
-            all[2].set_up_free.mean,
-            all[0].set_up_free.mean,
-        ),
-    ] {
-        compared.push(
-            Compared::plain(what, Figure::new(document, 0), percent(left, of))
-                .from(source)
-                .in_unit("%")
-                .because(OWN),
-        );
-    }
+    let mut compared = of_ball(printed, ball);
+    compared.extend(means(&few, &all));
+    compared.extend(components(&few, &all));
+    compared.extend(parts(&few, &all));
     compared.extend(compensability(&few, &all));
     let spreads = few
         .iter()
@@ -296,6 +145,131 @@ pub fn chapter(balls: &[Ball; 2]) -> Result<Chapter, ReproduceError> {
         fixed: vec![consistent(spreads)],
         pictures: vec![picture(&few, &all)],
     })
+}
+
+/// The place of the ball, and its effects there.
+fn of_ball(printed: &Ball, ball: &Ball) -> Vec<Compared> {
+    let words = |[x, y, z]: [f64; 3]| format!("{x:.1}, {y:.1}, {z:.1}");
+    let misfit = |of: &Ball| Figure::new(100.0 * of.misfit, 1);
+    let next = ball
+        .next
+        .map(|(place, misfit)| Figure::Words(format!("{}: {:.1} %", words(place), 100.0 * misfit)));
+    let found = |what: &str, ours| Compared::plain(what, Figure::Nothing, ours).because(FITTED);
+    let mut rows = vec![
+        found(
+            "place of the ball: x, y, z",
+            Figure::Words(words(ball.place)),
+        )
+        .from("-")
+        .in_unit("mm"),
+        found("… misfit of its ten effects", misfit(ball))
+            .from("Table 5-5")
+            .in_unit("%"),
+        found(
+            "… next best place, its misfit",
+            next.unwrap_or(Figure::Nothing),
+        )
+        .from("-")
+        .in_unit("mm"),
+        found("… misfit with the rows as printed", misfit(printed))
+            .from("Table 5-5")
+            .in_unit("%"),
+    ];
+    rows.extend(effects(ball));
+    rows
+}
+
+/// Table 5-5, with the first two rows exchanged.
+fn effects(ball: &Ball) -> Vec<Compared> {
+    let mut rows = Vec::new();
+    let exchanged = |name: &'static str| match name {
+        "EB0A" => "EC0A",
+        "EC0A" => "EB0A",
+        other => other,
+    };
+    for ((name, _), effect) in ball::EFFECTS.iter().zip(ball.effects) {
+        let document = ball::EFFECTS.iter().find(|(n, _)| *n == exchanged(name));
+        let document = document.map_or(Figure::Nothing, |(_, um)| Figure::new(*um, 2));
+        rows.push(
+            Compared::plain(format!("mean by {name}"), document, Figure::new(effect, 2))
+                .of(Quantity::Raw)
+                .from("Table 5-5, S")
+                .because(FITTED),
+        );
+    }
+    rows
+}
+
+/// Table 5-6.
+fn means(few: &[Told], all: &[Told]) -> [Compared; 4] {
+    let raw = |what, document, i: usize| {
+        Compared::numbers(what, [document, few[i].raw.mean], 1).of(Quantity::Raw)
+    };
+    let exact =
+        |of: &[Told], value: fn(&Told) -> f64| [3, 4].map(|i| Figure::new(value(&of[i]), 1));
+    let few_exact = || exact(few, |t| t.raw.mean);
+    [
+        raw("mean: before", 125.0, 0).because(MODEL),
+        raw("… 12 errors", 47.0, 2)
+            .beside(few_exact())
+            .because(OBJECTIVE),
+        raw("… … objective of Eqs. 28 to 30", 47.0, 1)
+            .beside(few_exact())
+            .because(OBJECTIVE),
+        Compared::numbers("… 81 coefficients", [32.0, all[2].set_up_free.mean], 1)
+            .of(Quantity::SetUpFree)
+            .beside(exact(all, |t| t.set_up_free.mean))
+            .because(MANY),
+    ]
+}
+
+/// Root mean squares along X, Y and Z (section 5.9.2).
+fn components(few: &[Told], all: &[Told]) -> Vec<Compared> {
+    type Rms = fn(&Told) -> [f64; 3];
+    let triple = |[x, y, z]: [f64; 3]| Figure::Words(format!("{x:.1} / {y:.1} / {z:.1}"));
+    let row = |what, document, told: &Told, quantity, rms: Rms| {
+        Compared::plain(what, triple(document), triple(rms(told)))
+            .of(quantity)
+            .from("section 5.9.2")
+    };
+    let exact = |of: &[Told], rms: Rms| [3, 4].map(|i| triple(rms(&of[i])));
+    let before = "RMS along X / Y / Z: before";
+    let mut rows = Vec::new();
+    for (quantity, rms) in [
+        (Quantity::Raw, (|t| t.raw.rms) as Rms),
+        (Quantity::SetUpFree, |t| t.set_up_free.rms),
+    ] {
+        rows.push(row(before, [87.3, 75.4, 71.5], &few[0], quantity, rms).because(MODEL));
+        rows.push(
+            row("… 12 errors", [24.8, 18.8, 22.1], &few[2], quantity, rms)
+                .beside(exact(few, rms))
+                .because(OBJECTIVE),
+        );
+    }
+    let (free, rms): (_, Rms) = (Quantity::SetUpFree, |t| t.set_up_free.rms);
+    rows.push(
+        row("… 81 coefficients", [18.6, 11.9, 21.5], &all[2], free, rms)
+            .beside(exact(all, rms))
+            .because(MANY),
+    );
+    rows
+}
+
+/// What the polynomials compensate of means (%).
+fn parts(few: &[Told], all: &[Told]) -> [Compared; 3] {
+    let row = |what, document, [after, before]: [f64; 2]| {
+        Compared::numbers(what, [document, 100.0 * (1.0 - after / before)], 0)
+            .in_unit("%")
+            .because(OWN)
+    };
+    let rms = [&few[2], &few[0]].map(|told| told.raw.rms_length());
+    let mean = [&few[2], &few[0]].map(|told| told.raw.mean);
+    let free = [&all[2], &all[0]].map(|told| told.set_up_free.mean);
+    [
+        row("RMS length that 12 errors compensate", 72.0, rms).from("section 5.10"),
+        row("mean that 12 errors compensate", 63.0, mean).from("abstract"),
+        row("mean that 81 coefficients compensate", 74.0, free).from("section 5.10"),
+    ]
 }
 
 const SMALL: &str =

@@ -4,12 +4,12 @@ use super::embedded::{Example, Parameters, huron};
 use super::validated::{both, options, trigo23};
 use super::{Chapter, Compared, Figure, Fixed, ReproduceError};
 use rayon::prelude::*;
-use trueaxis_measure::compare::probed::Strategy;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Policy;
+use trueaxis_model::validate::Runtime;
+use trueaxis_report::scheme_comparison::probed::Strategy;
 use trueaxis_tables::compile;
 use trueaxis_tables::schemes::Scheme;
-use trueaxis_tables::validate::Runtime;
 
 const RANDOM: usize = 2000;
 const SEED: u64 = 1;
@@ -70,46 +70,18 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         (Scheme::default(), orientation, None),
         (Scheme::default(), direction, None),
     ];
-    let found: Result<Vec<Gone>, ReproduceError> = (all.into_par_iter())
-        .map(|(scheme, policy, points)| {
-            gone(
-                &huron()?.within('A', RANGE),
-                &errors,
-                scheme,
-                policy,
-                points,
-            )
-        })
-        .collect();
-    let found = found?;
-    let (printed, free, exact) = (&found[0], &found[1], [found[2], found[3]]);
-    let figure = |value: f64| Figure::new(value, 2);
-    let rows: [(&str, OfGone); 3] = [
-        ("mean error that is compensated", |g| Some(g.mean)),
-        ("maximum that is compensated", |g| Some(g.max)),
-        ("least compensability of a parameter", |g| g.least),
-    ];
-    let mut compared = Vec::new();
-    for (k, (what, of)) in rows.into_iter().enumerate() {
-        let at = |gone: &Gone| of(gone).map_or(Figure::Nothing, figure);
-        let document = || Figure::Words("> 99".to_owned());
-        compared.extend([
-            Compared::plain(format!("{what}: trigo23"), document(), at(printed))
-                .in_unit("%")
-                .beside(exact.each_ref().map(at))
-                .because(VALUES),
-            Compared::plain("… trigo23:free", document(), at(free))
-                .in_unit("%")
-                .beside(exact.each_ref().map(at))
-                .because(if k == 2 { SMALL } else { FREE }),
-        ]);
-    }
+    let found = all.into_par_iter().map(|(scheme, policy, points)| {
+        let example = huron()?.within('A', RANGE);
+        gone(&example, &errors, scheme, policy, points)
+    });
+    let found = found.collect::<Result<Vec<Gone>, ReproduceError>>()?;
+    let free = &found[1];
     Ok(Chapter {
         title: "Chapter 6: the machine whose A is tilted",
         source: "section 6.6",
         how: "The Huron with the 13 errors of Table 7-2 over its linear travel. Parameters are identified from simulated \
             probings of six balls all over it.",
-        compared,
+        compared: compared(&found),
         tables: Vec::new(),
         fixed: vec![Fixed {
             statement: "23 tables compensate more than 99 % of mean and maximum (with a free LUT₁)"
@@ -119,4 +91,27 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         }],
         pictures: Vec::new(),
     })
+}
+
+/// The part compensated by trigo23 and trigo23:free, beside `exact`.
+fn compared(found: &[Gone]) -> Vec<Compared> {
+    let rows: [(&str, OfGone, &'static str); 3] = [
+        ("mean error that is compensated", |g| Some(g.mean), FREE),
+        ("maximum that is compensated", |g| Some(g.max), FREE),
+        ("least compensability of a parameter", |g| g.least, SMALL),
+    ];
+    let mut compared = Vec::new();
+    for (what, of, why) in rows {
+        let at = |i: usize| of(&found[i]).map_or(Figure::Nothing, |value| Figure::new(value, 2));
+        let row = |what: String, i: usize| {
+            Compared::plain(what, Figure::Words("> 99".to_owned()), at(i))
+                .in_unit("%")
+                .beside([at(2), at(3)])
+        };
+        compared.extend([
+            row(format!("{what}: trigo23"), 0).because(VALUES),
+            row("… trigo23:free".to_owned(), 1).because(why),
+        ]);
+    }
+    compared
 }

@@ -5,7 +5,7 @@ use super::embedded::{Example, Parameters, Strategy, kolibri};
 use super::validated::{Corrector, Validation, both, built, poly25, trigo23};
 use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, Quantity, ReproduceError, Table};
 use rayon::prelude::*;
-use trueaxis_measure::simulate::Disturbances;
+use trueaxis_identify::simulate::Disturbances;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_report::picture::{Chart, Ink, Mark, Scale, Series};
 use trueaxis_tables::schemes::Scheme;
@@ -113,12 +113,23 @@ const POINTS_TOO_FEW: &str =
 pub fn chapter(balls: &[Ball; 2]) -> Result<Chapter, ReproduceError> {
     let example = kolibri()?.with_ball(balls[1].place).tip_at_z();
     let zone = kolibri()?.tip_at_z().within('A', PROBED);
-    let cases: Result<Vec<OfCase>, ReproduceError> = CASES
-        .par_iter()
-        .map(|case| probed(&example, &zone, *case))
-        .collect();
-    let cases = cases?;
+    let cases = CASES.par_iter().map(|case| probed(&example, &zone, *case));
+    let cases = cases.collect::<Result<Vec<OfCase>, ReproduceError>>()?;
+    Ok(Chapter {
+        title: "Chapter 6: Table 6-2, one error at a time",
+        source: "Figure 6.7",
+        how: "The Kolibri with one error of Table 6-2 at a time. It is probed with the 60 positions of the validation \
+            (Table 6-3) while it is corrected, and the ten parameters are identified once more. Tables are \
+            made for A within ±55°, with ten points and the tip in the frame of Z as in Eq. 44, policy *orientation* but where another is named.",
+        compared: compared(&cases),
+        tables: vec![at_probings(&cases)],
+        fixed: fixed(&cases),
+        pictures: vec![picture(&cases)],
+    })
+}
 
+/// The ten cases together, and the one that Figure 6.6 shows.
+fn compared(cases: &[OfCase]) -> Vec<Compared> {
     let of = |scheme: usize, which: usize, counts: &dyn Fn(&str) -> bool| {
         let counted = cases.iter().zip(CASES);
         let counted = counted.filter(|(_, (name, _))| counts(name));
@@ -131,87 +142,31 @@ pub fn chapter(balls: &[Ball; 2]) -> Result<Chapter, ReproduceError> {
     let first = |name: &str| name == "EB0A";
     let no_offset = |name: &str| name != "EY0C";
     let um = |value: f64| Figure::new(value, 2);
-    let compared = vec![
-        Compared::plain(
-            "largest of the ten, before: mean at the probings",
-            um(35.0),
-            um(largest(cases.iter().map(|case| case.before[0]))),
-        )
-        .in_unit("µm")
-        .because(PLACE),
-        Compared::plain(
-            "… maximum",
-            um(38.0),
-            um(largest(cases.iter().map(|case| case.before[1]))),
-        )
-        .in_unit("µm")
-        .because(PLACE),
-        Compared::plain(
-            "kinematic correction, largest of the ten: maximum",
-            um(0.0),
-            um(of(0, 1, &all)),
-        )
-        .in_unit("µm")
-        .beside(exact(1, &all)),
-        Compared::plain(
-            "poly25, corrections, EB0A: mean",
-            um(13.0),
-            um(of(1, 0, &first)),
-        )
-        .in_unit("µm")
-        .beside(exact(0, &first))
-        .because(OBJECTIVE),
-        Compared::plain("… maximum", um(23.0), um(of(1, 1, &first)))
-            .in_unit("µm")
-            .beside(exact(1, &first))
-            .because(OBJECTIVE),
-        Compared::plain("poly25, error, EB0A: mean", um(13.0), um(of(6, 0, &first)))
-            .in_unit("µm")
-            .beside(exact(0, &first))
-            .because(OBJECTIVE),
-        Compared::plain("… maximum", um(23.0), um(of(6, 1, &first)))
-            .in_unit("µm")
-            .beside(exact(1, &first))
-            .because(OBJECTIVE),
-        Compared::plain(
-            "trigo23, largest of the ten: maximum",
-            Figure::Words("< 1".to_owned()),
-            um(of(2, 1, &all)),
-        )
-        .in_unit("µm")
-        .beside(exact(1, &all))
-        .because(PRINTED),
-        Compared::plain(
-            "… of the nine without EY0C",
-            Figure::Words("< 1".to_owned()),
-            um(of(2, 1, &no_offset)),
-        )
-        .in_unit("µm")
-        .beside(exact(1, &no_offset))
-        .because(POINTS_TOO_FEW),
-        Compared::plain(
-            "trigo23:free, largest of the ten: maximum",
-            Figure::Words("< 1".to_owned()),
-            um(of(3, 1, &all)),
-        )
-        .in_unit("µm")
-        .beside(exact(1, &all))
-        .because(POINTS_TOO_FEW),
+    let before = |which: usize| largest(cases.iter().map(|case| case.before[which]));
+    let poly25 = |what, document: f64, scheme: usize, which: usize| {
+        Compared::numbers(what, [document, of(scheme, which, &first)], 2)
+            .beside(exact(which, &first))
+            .because(OBJECTIVE)
+    };
+    let trigo23 = |what, scheme: usize, counts: &dyn Fn(&str) -> bool| {
+        let document = Figure::Words("< 1".to_owned());
+        Compared::plain(what, document, um(of(scheme, 1, counts))).beside(exact(1, counts))
+    };
+    let initial = "largest of the ten, before: mean at the probings";
+    let kinematic = "kinematic correction, largest of the ten: maximum";
+    let rows = [
+        Compared::numbers(initial, [35.0, before(0)], 2).because(PLACE),
+        Compared::numbers("… maximum", [38.0, before(1)], 2).because(PLACE),
+        Compared::numbers(kinematic, [0.0, of(0, 1, &all)], 2).beside(exact(1, &all)),
+        poly25("poly25, corrections, EB0A: mean", 13.0, 1, 0),
+        poly25("… maximum", 23.0, 1, 1),
+        poly25("poly25, error, EB0A: mean", 13.0, 6, 0),
+        poly25("… maximum", 23.0, 6, 1),
+        trigo23("trigo23, largest of the ten: maximum", 2, &all).because(PRINTED),
+        trigo23("… of the nine without EY0C", 2, &no_offset).because(POINTS_TOO_FEW),
+        trigo23("trigo23:free, largest of the ten: maximum", 3, &all).because(POINTS_TOO_FEW),
     ];
-    Ok(Chapter {
-        title: "Chapter 6: Table 6-2, one error at a time",
-        source: "Figure 6.7",
-        how: "The Kolibri with one error of Table 6-2 at a time. It is probed with the 60 positions of the validation \
-            (Table 6-3) while it is corrected, and the ten parameters are identified once more. Tables are \
-            made for A within ±55°, with ten points and the tip in the frame of Z as in Eq. 44, policy *orientation* but where another is named.",
-        compared: compared
-            .into_iter()
-            .map(|row| row.of(Quantity::Raw))
-            .collect(),
-        tables: vec![at_probings(&cases)],
-        fixed: fixed(&cases),
-        pictures: vec![picture(&cases)],
-    })
+    rows.map(|row| row.of(Quantity::Raw)).to_vec()
 }
 
 /// Mean at the probings, by error and correction.

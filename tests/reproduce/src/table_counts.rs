@@ -6,13 +6,13 @@ use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, Quantity, Reproduc
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
-use trueaxis_measure::simulate::normal;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::numbers::normal;
+use trueaxis_model::validate::{Command, Region, Runtime, Statistics, random_commands};
 use trueaxis_report::picture::{Bars, ChartBar, Ink};
 use trueaxis_tables::compile::Built;
 use trueaxis_tables::schemes::Scheme;
-use trueaxis_tables::validate::{Command, Region, Runtime, Statistics, random_commands};
 
 const RANDOM: usize = 2000;
 const SEED: u64 = 7;
@@ -136,189 +136,203 @@ impl Zone {
     }
 }
 
-const INFERRED: &str = "from these four the zone was inferred: X, Y and Z − t are evenly spread, X and Y around the rotary     axes. X and Y reach over the same part of the travels of Figure 7.3, which Z was given, too";
+const INFERRED: &str = "from these four the zone was inferred: X, Y and Z − t are evenly spread, X and Y around the rotary axes. X and Y reach over the same part of the travels of Figure 7.3, which Z was given, too";
 const PREDICTED: &str = "2000 random positions of the zone, where the document has 10";
 const OFFSETS: &str = "the same for every place: an offset of the spindle or of an axis moves the tip by as much as it is";
 const AFTER: &str =
     "predicted by the parameters of Table 7-2 with the document's tables on, in the same zone";
-const DRAWN: &str = "the closed form itself leaves 0.01 µm: what the document left is the machine, whose parameters had     changed. By half of the U that Table 7-2 states for them alone so much would be left, in the mean of 200 machines (EX0S     is -11.0 µm after and -2.1 before, where 4.9 are stated)";
+const DRAWN: &str = "the closed form itself leaves 0.01 µm: what the document left is the machine, whose parameters had changed. By half of the U that Table 7-2 states for them alone so much would be left, in the mean of 200 machines (EX0S is -11.0 µm after and -2.1 before, where 4.9 are stated)";
+
+/// The machine in its zone with the errors before and after, and its tables.
+struct HuronInZone {
+    example: Example,
+    before: ErrorModel,
+    after: ErrorModel,
+    commands: Vec<Command>,
+    /// `fik`, and `exact` under *orientation* and *direction*.
+    built: [Built; 3],
+}
+
+impl HuronInZone {
+    fn new(zone: &Zone) -> Result<Self, ReproduceError> {
+        let example = zone.of(huron()?);
+        let machine = &example.machine;
+        let before = example.errors(Parameters::Huron13)?;
+        let perfect = ErrorModel::perfect(machine);
+        let kinematics = Kinematics::new(machine, &perfect);
+        let [orientation, direction] = both();
+        let exact = |policy| built(machine, &before, Scheme::default(), policy, None);
+        Ok(Self {
+            commands: random_commands(&kinematics, Region::Travel, RANDOM, SEED)?,
+            built: [
+                built(machine, &before, fik(), orientation, None)?,
+                exact(orientation)?,
+                exact(direction)?,
+            ],
+            after: example.errors(Parameters::Huron13After)?,
+            before,
+            example,
+        })
+    }
+
+    /// Mean error (µm) without tables.
+    fn mean(&self, errors: &ErrorModel) -> f64 {
+        mean(&self.example, errors, &self.commands, None)
+    }
+
+    /// Mean errors (µm) before and after by each parameter.
+    fn effects(&self) -> Vec<(&'static str, [f64; 2])> {
+        let alone = |errors, name| self.mean(&alone(&self.example, errors, name));
+        let of = |name| [&self.before, &self.after].map(|errors| alone(errors, name));
+        EFFECTS.iter().map(|(name, _)| (*name, of(name))).collect()
+    }
+
+    /// Mean error (µm) that tables leave of the machine that they know.
+    fn left_by(&self, built: &Built) -> Result<f64, ReproduceError> {
+        let runtime = Runtime::load(&built.blob)?;
+        Ok(mean(
+            &self.example,
+            &self.before,
+            &self.commands,
+            Some(&runtime),
+        ))
+    }
+
+    /// Mean error (µm) that tables leave of machines that deviate from it.
+    fn left_of_drawn(&self, built: &Built) -> Result<f64, ReproduceError> {
+        let few = &self.commands[..POSITIONS];
+        let one = |seed| -> Result<f64, ReproduceError> {
+            let runtime = Runtime::load(&built.blob)?;
+            let errors = drawn(&self.example, &self.before, seed);
+            Ok(mean(&self.example, &errors, few, Some(&runtime)))
+        };
+        let all: Result<Vec<f64>, ReproduceError> =
+            (0..MACHINES).into_par_iter().map(one).collect();
+        Ok(Statistics::of(all?.into_iter()).mean)
+    }
+
+    /// Numbers of tables.
+    fn sizes(&self, counts: &[Vec<(char, usize)>; 3]) -> Vec<Compared> {
+        let mut rows = Vec::new();
+        for (axis, printed) in COUNTS {
+            let [ours, exact @ ..] = counts.each_ref().map(|of| Figure::count(used(of, axis)));
+            let what = format!("tables that {axis} reads");
+            rows.push(
+                Compared::plain(what, Figure::count(printed), ours)
+                    .from("section 7.4.1")
+                    .beside(exact),
+            );
+        }
+        let [ours, exact @ ..] = self.built.each_ref().map(|b| Figure::count(b.size.tables));
+        rows.push(
+            Compared::plain("tables in all", Figure::count(40), ours)
+                .from("section 7.4.1")
+                .beside(exact)
+                .because("tables of `exact` serve several axes, where the document's controller has one output for each"),
+        );
+        rows
+    }
+
+    /// The mean error of all parameters together, and what is left of it.
+    fn together(&self) -> Result<[Compared; 6], ReproduceError> {
+        let of = [&self.before, &self.after].map(|errors| self.mean(errors));
+        let all = |left: fn(&Self, &Built) -> Result<f64, ReproduceError>| {
+            let [a, b, c] = &self.built;
+            Ok::<_, ReproduceError>([left(self, a)?, left(self, b)?, left(self, c)?])
+        };
+        let still = all(Self::left_by)?;
+        let moving = all(Self::left_of_drawn)?;
+        let percent = |left: f64| 100.0 * (1.0 - left / of[0]);
+        let row = |what, document, ours| Compared::numbers(what, [document, ours], 1);
+        let exact = |[_, exact @ ..]: [f64; 3], decimals| exact.map(|v| Figure::new(v, decimals));
+        let nothing_but = "… after, nothing but the 13 errors";
+        Ok([
+            row("mean error: before", 44.0, of[0])
+                .of(Quantity::Raw)
+                .because(PREDICTED),
+            row("… after, by the parameters of Table 7-2", 9.1, of[1])
+                .of(Quantity::Raw)
+                .because(AFTER),
+            row("… compensated", 79.0, percent(of[1]))
+                .in_unit("%")
+                .because(AFTER),
+            row("… after, parameters as uncertain as stated", 9.1, moving[0])
+                .of(Quantity::Raw)
+                .beside(exact(moving, 1))
+                .because(DRAWN),
+            row("… compensated", 79.0, percent(moving[0]))
+                .in_unit("%")
+                .beside(exact(moving.map(percent), 1))
+                .because(DRAWN),
+            Compared::plain(nothing_but, Figure::new(9.1, 1), Figure::new(still[0], 3))
+                .of(Quantity::Raw)
+                .beside(exact(still, 3))
+                .because(DRAWN),
+        ])
+    }
+}
+
+/// Where the Huron was probed.
+fn of_zone(zone: &Zone) -> [Compared; 3] {
+    let [x, y, z] = zone.halves;
+    let words = format!("±{x:.0}, ±{y:.0}, {:.0} ± {z:.0}", zone.height);
+    let row = |what, ours| Compared::plain(what, Figure::Nothing, ours).because(INFERRED);
+    [
+        row("zone of the probings: X, Y, Z", Figure::Words(words))
+            .from("-")
+            .in_unit("mm"),
+        row("… part of the travels", Figure::new(100.0 * zone.part, 0))
+            .from("Figure 7.3")
+            .in_unit("%"),
+        row("… tool", Figure::new(zone.tool, 0))
+            .from("-")
+            .in_unit("mm"),
+    ]
+}
+
+/// The mean errors by each parameter.
+fn by_parameter(found: &[(&str, [f64; 2])]) -> Vec<Compared> {
+    let mut rows = Vec::new();
+    for ((name, found), (_, printed)) in found.iter().zip(EFFECTS) {
+        let is_offset = matches!(*name, "EZ0S" | "EX0S" | "EY0C");
+        let before = match is_offset {
+            true => OFFSETS,
+            false if FITTED.contains(name) => INFERRED,
+            false => PREDICTED,
+        };
+        let after = if is_offset { OFFSETS } else { AFTER };
+        let what = format!("mean error by {name}, before");
+        for (k, (what, why)) in [(what, before), ("… after".to_owned(), after)]
+            .into_iter()
+            .enumerate()
+        {
+            let row = Compared::numbers(what, [printed[k], found[k]], 1);
+            rows.push(row.of(Quantity::Raw).because(why));
+        }
+    }
+    rows
+}
 
 pub fn chapter() -> Result<Chapter, ReproduceError> {
     let known = huron()?.errors(Parameters::Huron13)?;
     let zone = Zone::inferred(&known);
-    let example = zone.of(huron()?);
-    let machine = &example.machine;
-    let before = example.errors(Parameters::Huron13)?;
-    let after = example.errors(Parameters::Huron13After)?;
-    let perfect = ErrorModel::perfect(machine);
-    let kinematics = Kinematics::new(machine, &perfect);
-    let commands = random_commands(&kinematics, Region::Travel, RANDOM, SEED)?;
-    let [orientation, direction] = both();
-    let tables = built(machine, &before, fik(), orientation, None)?;
-    let exact = [orientation, direction]
-        .map(|policy| built(machine, &before, Scheme::default(), policy, None));
-    let [exact_o, exact_d] = exact;
-    let exact = [exact_o?, exact_d?];
-
-    let mut compared = Vec::new();
-    let counts = output_counts(&tables)?;
-    let of_exact = [output_counts(&exact[0])?, output_counts(&exact[1])?];
-    for (axis, printed) in COUNTS {
-        let used = |of: &[(char, usize)]| {
-            let found = of.iter().find(|(a, _)| *a == axis);
-            Figure::count(found.map_or(0, |(_, n)| *n))
-        };
-        compared.push(
-            Compared::plain(
-                format!("tables that {axis} reads"),
-                Figure::count(printed),
-                used(&counts),
-            )
-            .from("section 7.4.1")
-            .beside([used(&of_exact[0]), used(&of_exact[1])]),
-        );
-    }
-    compared.push(
-        Compared::plain("tables in all", Figure::count(40), Figure::count(tables.size.tables))
-            .from("section 7.4.1")
-            .beside([0, 1].map(|i| Figure::count(exact[i].size.tables)))
-            .because("tables of `exact` serve several axes, where the document's controller has one output for each"),
-    );
-    let mm = |value: f64| Figure::new(value, 0);
-    let [x, y, z] = zone.halves;
-    let words = format!("±{x:.0}, ±{y:.0}, {:.0} ± {z:.0}", zone.height);
-    compared.extend([
-        Compared::plain(
-            "zone of the probings: X, Y, Z",
-            Figure::Nothing,
-            Figure::Words(words),
-        )
-        .from("-")
-        .in_unit("mm")
-        .because(INFERRED),
-        Compared::plain(
-            "… part of the travels",
-            Figure::Nothing,
-            mm(100.0 * zone.part),
-        )
-        .from("Figure 7.3")
-        .in_unit("%")
-        .because(INFERRED),
-        Compared::plain("… tool", Figure::Nothing, mm(zone.tool))
-            .from("-")
-            .in_unit("mm")
-            .because(INFERRED),
-    ]);
-    let um = |value: f64| Figure::new(value, 1);
-    let mut bars = Vec::new();
-    for (name, printed) in EFFECTS {
-        let found = [&before, &after]
-            .map(|errors| mean(&example, &alone(&example, errors, name), &commands, None));
-        let is_offset = matches!(name, "EZ0S" | "EX0S" | "EY0C");
-        bars.push((name, found));
-        for (k, when) in ["before", "after"].into_iter().enumerate() {
-            let what = match k {
-                0 => format!("mean error by {name}, {when}"),
-                _ => format!("… {when}"),
-            };
-            compared.push(
-                Compared::plain(what, um(printed[k]), um(found[k]))
-                    .of(Quantity::Raw)
-                    .in_unit("µm")
-                    .because(match (is_offset, k) {
-                        (true, _) => OFFSETS,
-                        (_, 0) if FITTED.contains(&name) => INFERRED,
-                        (_, 0) => PREDICTED,
-                        _ => AFTER,
-                    }),
-            );
-        }
-    }
-    let of = [&before, &after].map(|errors| mean(&example, errors, &commands, None));
-    let percent = |left: f64| Figure::new(100.0 * (1.0 - left / of[0]), 1);
-    let left_by = |built: &Built| -> Result<f64, ReproduceError> {
-        let runtime = Runtime::load(&built.blob)?;
-        Ok(mean(&example, &before, &commands, Some(&runtime)))
-    };
-    let drawn_by = |built: &Built| -> Result<f64, ReproduceError> {
-        let few = &commands[..POSITIONS];
-        let all: Result<Vec<f64>, ReproduceError> = (0..MACHINES)
-            .into_par_iter()
-            .map(|seed| {
-                let runtime = Runtime::load(&built.blob)?;
-                Ok(mean(
-                    &example,
-                    &drawn(&example, &before, seed),
-                    few,
-                    Some(&runtime),
-                ))
-            })
-            .collect();
-        Ok(Statistics::of(all?.into_iter()).mean)
-    };
-    let still = [left_by(&tables)?, left_by(&exact[0])?, left_by(&exact[1])?];
-    let moving = [
-        drawn_by(&tables)?,
-        drawn_by(&exact[0])?,
-        drawn_by(&exact[1])?,
-    ];
-    compared.extend([
-        Compared::plain("mean error: before", um(44.0), um(of[0]))
-            .of(Quantity::Raw)
-            .in_unit("µm")
-            .because(PREDICTED),
-        Compared::plain(
-            "… after, by the parameters of Table 7-2",
-            um(9.1),
-            um(of[1]),
-        )
-        .of(Quantity::Raw)
-        .in_unit("µm")
-        .because(AFTER),
-        Compared::plain("… compensated", Figure::new(79.0, 1), percent(of[1]))
-            .in_unit("%")
-            .because(AFTER),
-        Compared::plain(
-            "… after, parameters as uncertain as stated",
-            um(9.1),
-            um(moving[0]),
-        )
-        .of(Quantity::Raw)
-        .in_unit("µm")
-        .beside([um(moving[1]), um(moving[2])])
-        .because(DRAWN),
-        Compared::plain("… compensated", Figure::new(79.0, 1), percent(moving[0]))
-            .in_unit("%")
-            .beside([percent(moving[1]), percent(moving[2])])
-            .because(DRAWN),
-        Compared::plain(
-            "… after, nothing but the 13 errors",
-            um(9.1),
-            Figure::new(still[0], 3),
-        )
-        .of(Quantity::Raw)
-        .in_unit("µm")
-        .beside([Figure::new(still[1], 3), Figure::new(still[2], 3)])
-        .because(DRAWN),
-    ]);
-    let fixed: Vec<Fixed> = vec![Fixed {
+    let huron = HuronInZone::new(&zone)?;
+    let [a, b, c] = &huron.built;
+    let counts = [output_counts(a)?, output_counts(b)?, output_counts(c)?];
+    let effects = huron.effects();
+    let mut compared = huron.sizes(&counts);
+    compared.extend(of_zone(&zone));
+    compared.extend(by_parameter(&effects));
+    compared.extend(huron.together()?);
+    let [counts, ..] = counts;
+    let tables = a.size.tables;
+    let each = COUNTS.map(|(axis, _)| used(&counts, axis).to_string());
+    let fixed = Fixed {
         statement: "13, 11, 14, 1 and 1 tables for X, Y, Z, A and C, 40 in all (section 7.4.1)"
             .to_owned(),
-        found: {
-            let of = |axis| {
-                counts
-                    .iter()
-                    .find(|(a, _)| *a == axis)
-                    .map_or(0, |(_, n)| *n)
-            };
-            let all: Vec<String> = COUNTS
-                .iter()
-                .map(|(axis, _)| of(*axis).to_string())
-                .collect();
-            format!("{}, {} in all", all.join(", "), tables.size.tables)
-        },
-        holds: tables.size.tables == 40 && COUNTS.iter().all(|count| counts.contains(count)),
-    }];
+        found: format!("{}, {tables} in all", each.join(", ")),
+        holds: tables == 40 && COUNTS.iter().all(|count| counts.contains(count)),
+    };
     Ok(Chapter {
         title: "Chapter 7: tables of the closed form",
         source: "Table 7-2",
@@ -327,9 +341,15 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
             Table 7-2, and the others are predicted.",
         compared,
         tables: Vec::new(),
-        fixed,
-        pictures: vec![picture(&bars)],
+        fixed: vec![fixed],
+        pictures: vec![picture(&effects)],
     })
+}
+
+/// Number of tables that an axis reads.
+fn used(counts: &[(char, usize)], axis: char) -> usize {
+    let found = counts.iter().find(|(a, _)| *a == axis);
+    found.map_or(0, |(_, n)| *n)
 }
 
 /// Number of tables that each output reads.

@@ -4,18 +4,18 @@
 use super::embedded::Example;
 use super::{Fixed, ReproduceError};
 use nalgebra::Vector3;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::{Probing, Probings};
-use trueaxis_measure::identify::{
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::probings::{Probing, Probings};
+use trueaxis_identify::simulate::{Disturbances, compensated, corrections};
+use trueaxis_identify::{
     Compensated, Identified, IdentifyOptions, Problem, compensability, identify,
 };
-use trueaxis_measure::simulate::{Disturbances, compensated, corrections};
 use trueaxis_model::errors::{ErrorModel, Motion, Parameter, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::validate::{Runtime, Statistics};
 use trueaxis_tables::compile::{self, Built};
 use trueaxis_tables::schemes::{self, Scheme, poly25, trigo23};
-use trueaxis_tables::validate::{Runtime, Statistics};
 
 /// Number of nodes along each axis at which polynomials and trigonometric functions are fitted (sections 5.9.1, 6.8).
 const NODES: usize = 10;

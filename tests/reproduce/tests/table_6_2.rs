@@ -3,11 +3,11 @@
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Policy;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::Statistics;
 use trueaxis_reproduce::{TABLE_6_2 as CASES, WITHOUT_REST as LINEAR};
 use trueaxis_tables::compile::{self, Compiled};
 use trueaxis_tables::schemes::{self, Scheme, poly25, trigo23};
 use trueaxis_tables::target::Target;
-use trueaxis_tables::validate::Statistics;
 use trueaxis_tests::machine;
 
 /// The Kolibri, with A limited to ±`a` degrees.

@@ -6,7 +6,7 @@ use trueaxis::{Draft, Travel};
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
-use trueaxis_tables::validate::{Command, Runtime, calibrated, holds, is_near_point};
+use trueaxis_model::validate::{Command, Runtime, calibrated, holds, is_near_point};
 
 /// Number of positions for each way of choosing them.
 const EACH: usize = 900;

@@ -1,17 +1,14 @@
 //! Calibrations of simulated machines, as `trueaxis linuxcnc calibrate` does them: plan, probe, identify, compile, probe
 //! again. What is in use afterwards should be as good as predicted and no worse than before.
 
-use trueaxis_measure::calibration::simulated::{Failure, SimulatedMachine};
-use trueaxis_measure::calibration::{
-    Calibration, CalibrationEnd, CalibrationPlan, CalibrationStep, Unchanged, usual_model,
-};
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::plan::{Criterion, PlannedRows, Probe, Setup, Task};
+use trueaxis_identify::formats::artefact::Artefact;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::validate::Runtime;
+use trueaxis_study::calibration::{CalibrationEnd, Unchanged};
 use trueaxis_tables::compile::{CompileError, prove};
-use trueaxis_tables::validate::Runtime;
 use trueaxis_tests::drawn_machines::DrawnMachine;
+use trueaxis_tests::simulated_machine::{Failure, SimulatedMachine, calibration_plan};
 use trueaxis_tests::usual_or_all;
 
 /// Standard deviation of each coordinate of a probing (mm): five touches that scatter by 1 µm, and lobes of 1 µm.
@@ -35,38 +32,10 @@ fn calibrated(drawn: &DrawnMachine) -> Calibrated {
         ball.nominal = Some(*place);
     }
     let errors = ErrorModel::from_toml(&drawn.errors, machine).unwrap();
-    let setup = Setup {
-        machine,
-        artefact: &artefact,
-        balls: vec!["one".to_owned(), "two".to_owned()],
-        probe: Probe {
-            keeps_clear: true,
-            ..Probe::default()
-        },
-        sigma: 1e-3,
-        observations: None,
-    };
-    let model = usual_model(machine, &artefact).unwrap();
-    let task = Task {
-        setup: &setup,
-        model: &model,
-        degree: 1,
-        assumed: &ErrorModel::perfect(machine),
-        rows: PlannedRows::Best {
-            indexings: None,
-            probings: Some(32),
-            criterion: Criterion::default(),
-        },
-    };
-    let plan = CalibrationPlan::of(&task, 6, None).unwrap();
+    let plan = calibration_plan(machine, &artefact, None, [32, 6]);
     let mut simulated = SimulatedMachine::new(machine, &plan, &artefact, &errors, NOISE);
     simulated = simulated.with_balls(&real);
-    let calibration = Calibration {
-        machine,
-        model,
-        accept_places: false,
-    };
-    let end = match calibration.run(CalibrationStep::Plan, &mut simulated) {
+    let end = match simulated.calibrate() {
         Ok(end) => end,
         // Errors so large are taken for mistakes.
         Err(Failure::NoTables(CompileError::TooLarge { .. })) => {
@@ -101,10 +70,11 @@ struct InUse {
     is_worse: bool,
 }
 
-/// Calibrates machines, and returns those with a new compensation in use.
+/// Calibrates machines from number `TRUEAXIS_FIRST` (0) on, and returns those with a new compensation in use.
 fn in_use(count: u64, outside: bool) -> Vec<InUse> {
     let mut in_use = Vec::new();
-    for seed in 0..count {
+    let first = std::env::var("TRUEAXIS_FIRST").map_or(0, |first| first.parse().unwrap());
+    for seed in first..first + count {
         let drawn = DrawnMachine::new(seed, outside).unwrap();
         let of = calibrated(&drawn);
         let Calibrated { before, after, .. } = of;
@@ -138,8 +108,8 @@ fn in_use(count: u64, outside: bool) -> Vec<InUse> {
 fn machines_whose_errors_are_in_the_model_are_as_good_as_predicted() {
     let count = usual_or_all(6, 120);
     let in_use = in_use(count, false);
-    // Of the others, with a tenth to half of the ordinary errors, too little is known.
-    assert!(in_use.len() as u64 * 10 >= count * 7, "{}", in_use.len());
+    // Of the others, most of which have a tenth to half of the ordinary errors, too little is known.
+    assert!(in_use.len() as u64 * 10 >= count * 6, "{}", in_use.len());
     for InUse {
         seed,
         left,
@@ -151,23 +121,16 @@ fn machines_whose_errors_are_in_the_model_are_as_good_as_predicted() {
     }
 }
 
-/// Nothing is known of such errors but what they leave at the balls. The factor by which that counts over the travel was
-/// chosen on the first sixty machines. It is not enough for two of the others, which have small errors in the model.
+/// Nothing is known of such errors but that they are motions of axes, and what they leave at the balls.
 #[test]
-fn machines_with_errors_outside_the_model_are_mostly_as_good_as_predicted() {
-    const WORSE: [u64; 2] = [102, 114];
+fn machines_with_errors_outside_the_model_are_as_good_as_predicted() {
     let count = usual_or_all(6, 120);
     let in_use = in_use(count, true);
-    assert!(in_use.len() as u64 * 2 >= count, "{}", in_use.len());
-    for InUse {
-        seed,
-        left,
-        is_worse,
-    } in &in_use
-    {
-        assert!(WORSE.contains(seed) == *is_worse, "{seed}");
-        assert!(*left <= 1.4 || WORSE.contains(seed), "{seed}: {left}");
+    assert!(in_use.len() as u64 * 10 >= count * 4, "{}", in_use.len());
+    for InUse { seed, is_worse, .. } in &in_use {
+        assert!(!is_worse, "{seed}");
     }
+    // The interval is the one of 95 %; of 54 machines, four of them or more are beyond it in a third of cases.
     let beyond = in_use.iter().filter(|one| one.left > 1.0).count();
-    assert!(beyond * 7 <= in_use.len(), "{beyond}");
+    assert!(beyond * 10 <= in_use.len(), "{beyond}");
 }

@@ -5,17 +5,15 @@ mod compensated;
 
 use nalgebra::{Matrix3x6, Matrix6, Vector3, Vector6};
 use std::f64::consts::TAU;
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{
-    Identified, IdentifyOptions, Problem, automatic, held_out, identify,
-};
-use trueaxis_measure::simulate::Disturbances;
+use trueaxis_identify::formats::observations::Observations;
+use trueaxis_identify::formats::probings::Probings;
+use trueaxis_identify::simulate::Disturbances;
+use trueaxis_identify::{Identified, IdentifyOptions, Problem, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
-use trueaxis_tables::uncertainty::{Uncertain, over_travel};
-use trueaxis_tables::validate::Statistics;
+use trueaxis_model::uncertainty::{Uncertain, over_travel};
+use trueaxis_model::validate::Statistics;
 use trueaxis_tests::probed::Case;
 use trueaxis_tests::{Fixed, usual_or_all};
 
@@ -155,18 +153,14 @@ fn identification(
     for row in &mut measured.rows {
         row.sigma = way.1.then_some(1e-3);
     }
-    let machine = &case.machine;
-    let (perfect, options) = (ErrorModel::perfect(machine), IdentifyOptions::default());
-    let artefact = &case.artefact;
     let found = match way.0 {
-        "auto" => {
-            let chosen = automatic(machine, &measured, artefact, observed, &perfect, options);
-            chosen.unwrap().identified
-        }
+        "auto" => case.chosen(&measured, observed).identified,
         model => {
+            let (machine, artefact) = (&case.machine, &case.artefact);
+            let perfect = ErrorModel::perfect(machine);
             let parameters = case.parameters(model);
             let problem = Problem::new(machine, &measured, artefact, &parameters, &perfect);
-            identify(&problem.with(observed), options).unwrap()
+            identify(&problem.with(observed), IdentifyOptions::default()).unwrap()
         }
     };
     (measured, found)
@@ -179,19 +173,8 @@ fn written(
     observed: &Observations,
     found: &Identified,
 ) -> ErrorModel {
-    let predicted = held_out(
-        &case.machine,
-        measured,
-        &case.artefact,
-        observed,
-        &found
-            .parameters
-            .iter()
-            .map(|e| e.parameter)
-            .collect::<Vec<Parameter>>(),
-        &ErrorModel::perfect(&case.machine),
-        IdentifyOptions::default(),
-    );
+    let seen: Vec<Parameter> = found.parameters.iter().map(|e| e.parameter).collect();
+    let predicted = case.held_out(measured, observed, &seen);
     case.written(measured, observed, found, predicted.as_ref().ok())
 }
 

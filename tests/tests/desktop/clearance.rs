@@ -1,10 +1,10 @@
 //! Clearances over moves, compared with dense sampling on random machines.
 
 use nalgebra::Vector3;
-use trueaxis_measure::clearance::{Body, BodyPair, RESOLVED, distance, nearest};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{Htm, Kinematics};
 use trueaxis_model::machine::{Branch, Carrier, Machine, PerAxis, SolidShape};
+use trueaxis_probing::clearance::{Body, BodyPair, RESOLVED, distance, nearest};
 use trueaxis_tests::{Fixed, random_machines, usual_or_all};
 
 /// Times at which a move is looked at, and points of the surface of one of the bodies.

@@ -5,16 +5,16 @@ mod instruments;
 
 use instruments::{everything, simulate};
 use nalgebra::{DMatrix, DVector, Vector3};
-use trueaxis_measure::direct::{
+use trueaxis_direct::formats::runs;
+use trueaxis_direct::{
     AxisRuns, DirectResult, MeasuredRuns, Measurement, SolveOptions, error_file, solve,
 };
-use trueaxis_measure::formats::runs;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches, Table};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Branch, Machine};
+use trueaxis_model::validate::{Command, Runtime};
 use trueaxis_tables::compile::{Options as CompileOptions, build};
-use trueaxis_tables::validate::{Command, Runtime};
 use trueaxis_tests::random_machines::cases;
 use trueaxis_tests::{Fixed, errors, machine};
 

@@ -4,7 +4,7 @@ mod first_order;
 
 use first_order::{First, left};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::explain::{BallPlacement, BenchInstrument, BenchState, Nature, Sense, explain};
+use trueaxis_model::explain::{BenchState, Nature, Sense, explain};
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::random_machines::{ALL, cases};
 use trueaxis_tests::{Fixed, errors, machine};
@@ -167,182 +167,45 @@ fn every_parameter_that_there_can_be_is_explained() {
     }
 }
 
-/// The sentence of one parameter.
-fn sentence(machine: &Machine, name: &str, value: f64) -> String {
-    let mut errors = ErrorModel::perfect(machine);
-    assert!(errors.set(machine, Parameter::parse(name).unwrap(), value));
-    let all = explain(machine, &errors);
-    assert_eq!(all.len(), 1);
-    all[0].sentence()
-}
-
-/// X on Y carries the workpiece, both reversed; Z carries the tool.
-fn mill() -> Machine {
-    machine("examples/mill-21/machine.toml")
-}
-
-/// Y carries X, which carries Z, which carries the tool.
-fn router() -> Machine {
-    machine("examples/router/machine.toml")
-}
-
-/// The signs by hand. On the router X carries the tool: 20 µm per m too long is too far, +2 µm. On the mill the table
-/// goes to −100 mm for X = +100, 2 µm short of its target, so the tool is at +100 mm minus 2 µm along the part.
-#[test]
-fn a_scale_reads_the_other_way_on_a_reversed_workpiece_axis() {
-    assert_eq!(
-        sentence(&mill(), "EXX1", 20e-6),
-        "EXX1 = 20e-6, X carries the workpiece and is reversed: a laser along X reads −2.0 µm at +100 mm"
-    );
-    assert_eq!(
-        sentence(&router(), "EXX1", 20e-6),
-        "EXX1 = 20e-6, X carries the tool: a laser along X reads +2.0 µm at +100 mm"
-    );
-}
-
-/// On the router X leans towards +Y by 30 µrad: the angle between +X and +Y is less than a right angle. On the mill the
-/// whole table on X is rotated together with X, by 30 µrad about z, so Y of the machine runs towards +x of the table:
-/// again less than a right angle.
-#[test]
-fn squareness_of_x_and_y_is_that_of_the_one_that_is_carried() {
-    for machine in [mill(), router()] {
-        assert_eq!(
-            sentence(&machine, "EC0X", 30e-6),
-            "EC0X = 30e-6: a square on the table, dial moved along Y, reads +3.0 µm per 100 mm in X"
-        );
-        assert_eq!(
-            sentence(&machine, "EC0Y", 30e-6),
-            "EC0Y = 30e-6: turns everything and changes nothing; the squareness of X and Y is EC0X"
-        );
-    }
-}
-
-/// By hand, on the mill: the table is displaced by +30e-6·y in x for a command y, so the tool is displaced by the same
-/// amount in −x of the part.
-#[test]
-fn a_straightness_that_leans_is_a_squareness() {
-    assert!(
-        sentence(&mill(), "EXY1", 30e-6)
-            .ends_with("a square on the table, dial moved along Y, reads −3.0 µm per 100 mm in X")
-    );
-    assert!(
-        sentence(&router(), "EXY1", 30e-6)
-            .ends_with("a square on the table, dial moved along Y, reads +3.0 µm per 100 mm in X")
-    );
-}
-
-/// By hand: rotated about x by +30 µrad, the +Y end of a 100 mm arm rises by 3 µm and the −Y end falls, so the dial is
-/// pushed in by 6 µm less at +Y. About y, the +X end falls.
-#[test]
-fn the_tram_of_a_spindle_has_the_sign_of_its_rotation() {
-    for machine in [mill(), router()] {
-        assert!(sentence(&machine, "EA0S", 30e-6).ends_with("reads −6.0 µm more at +Y than at −Y"));
-        assert!(sentence(&machine, "EB0S", 30e-6).ends_with("reads +6.0 µm more at +X than at −X"));
-        assert!(
-            sentence(&machine, "EC0S", 30e-6)
-                .ends_with("turns the tool about its own axis and changes nothing")
-        );
-    }
-}
-
-/// By hand, Kolibri (A and C carry the workpiece): the centre of C is 42.1 µm too far in +y of the machine. Y moves the
-/// workpiece in +y, so the tool is too far by the same amount on the other side, which is +Y for a command, and by
-/// twice as much half a turn apart.
-#[test]
-fn a_centre_shows_twice_on_a_ball() {
-    let kolibri = machine("examples/kolibri/machine.toml");
-    let mut errors = ErrorModel::perfect(&kolibri);
-    assert!(errors.set(&kolibri, Parameter::parse("EY0C").unwrap(), 42.1e-3));
-    let all = explain(&kolibri, &errors);
-    let reading = all[0].reading.unwrap();
-    assert_eq!(
-        reading.instrument,
-        BenchInstrument::Ball {
-            place: BallPlacement::OnAxis
-        }
-    );
-    assert!((reading.value - 84.2e-3).abs() < 1e-9);
-    assert_eq!(
-        all[0].sentence(),
-        "EY0C = 42.1e-3: a ball on the axis of C, indicator in the spindle, reads +84.2 µm in Y from C = 0° to +180°"
-    );
-}
-
-/// By hand: the error is +2 µm after positive travel and −2 µm after negative.
-#[test]
-fn backlash_is_half_of_what_a_dial_shows() {
-    let text = sentence(&router(), "EXXb", 2e-3);
-    assert!(
-        text.contains("reads +4.0 µm after positive less after negative travel of X"),
-        "{text}"
-    );
-    let text = sentence(&mill(), "EXXb", 2e-3);
-    assert!(
-        text.contains("reads −4.0 µm after positive less after negative travel of X"),
-        "{text}"
-    );
-}
+/// Signs by hand where the page "From measurement to parameter" has none (`measurement.rs`): the example, the parameter, its
+/// value, its nature, and what the sentence has. On the mill X on Y carries the workpiece, both reversed, and a table
+/// displaced by +30e-6·y in x displaces the tool by as much in −x of the part. On the router all axes carry the tool.
+const SENTENCES: &str = "\
+mill-21 | EC0Y  | 30e-6 | Constant | turns everything and changes nothing; the squareness of X and Y is EC0X
+router  | EC0Y  | 30e-6 | Constant | turns everything and changes nothing; the squareness of X and Y is EC0X
+mill-21 | EXY1  | 30e-6 | Slope    | a square on the table, dial moved along Y, reads −3.0 µm per 100 mm in X
+router  | EXY1  | 30e-6 | Slope    | a square on the table, dial moved along Y, reads +3.0 µm per 100 mm in X
+mill-21 | EC0S  | 30e-6 | Constant | turns the tool about its own axis and changes nothing
+router  | EC0S  | 30e-6 | Constant | turns the tool about its own axis and changes nothing
+mill-21 | EX0X  | 0.01  | Constant | shifts everything and changes nothing
+router  | EY0X  | 0.01  | Constant | shifts everything and changes nothing
+mill-21 | EZ0Z  | 0.01  | Constant | shifts everything and changes nothing
+router  | EX0S  | 0.01  | Constant | shifts everything and changes nothing
+mill-21 | EXX0  | 0.01  | Constant | shifts everything and changes nothing
+router  | EXX1  | 0     | Slope    | EXX1 = 0, X carries the tool: changes nothing
+kolibri | EX0X  | 0.01  | Constant | a ball on the axis of
+kolibri | EX0S  | 0.01  | Constant | a ball on the axis of
+kolibri | EZ0S  | 0.01  | Constant | a ball on the axis of
+kolibri | EC0C  | 1e-4  | Constant | changes nothing
+kolibri | EZ0C  | 1e-4  | Constant | changes nothing
+kolibri | ECC1  | 1e-5  | Slope    | a rotary calibrator on C reads
+kolibri | EXCc1 | 1e-3  | Curve    | a ball on the axis of C
+kolibri | EYX2  | 1e-7  | Curve    | a dial along a straightedge in X
+kolibri | EAX1  | 1e-7  | Slope    | an angle laser or level along X
+kolibri | ECCb  | 1e-5  | Reversal | a rotary calibrator reads";
 
 #[test]
-fn what_shifts_everything_changes_nothing_on_three_axes_but_does_with_rotary_ones() {
-    for name in ["EX0X", "EY0X", "EZ0Z", "EX0S", "EXX0"] {
-        for machine in [mill(), router()] {
-            let text = sentence(&machine, name, 0.01);
-            assert!(
-                text.contains("shifts everything and changes nothing"),
-                "{text}"
-            );
-        }
-    }
-    let kolibri = machine("examples/kolibri/machine.toml");
-    for name in ["EX0X", "EX0S", "EZ0S"] {
-        let text = sentence(&kolibri, name, 0.01);
-        assert!(text.contains("a ball on the axis of"), "{text}");
-    }
-    // The zero of the last rotary axis, and its origin along itself.
-    for name in ["EC0C", "EZ0C"] {
-        let text = sentence(&kolibri, name, 1e-4);
-        assert!(text.contains("changes nothing"), "{text}");
-    }
-}
-
-#[test]
-fn a_parameter_of_nothing_changes_nothing() {
-    assert_eq!(
-        sentence(&router(), "EXX1", 0.0),
-        "EXX1 = 0, X carries the tool: changes nothing"
-    );
-}
-
-#[test]
-fn the_nature_of_a_parameter_decides_on_its_instrument() {
-    let kolibri = machine("examples/kolibri/machine.toml");
-    for (name, value, nature, words) in [
-        (
-            "ECC1",
-            1e-5,
-            Nature::Slope,
-            "a rotary calibrator on C reads",
-        ),
-        ("EXCc1", 1e-3, Nature::Curve, "a ball on the axis of C"),
-        (
-            "EYX2",
-            1e-7,
-            Nature::Curve,
-            "a dial along a straightedge in X",
-        ),
-        (
-            "EAX1",
-            1e-7,
-            Nature::Slope,
-            "an angle laser or level along X",
-        ),
-        ("ECCb", 1e-5, Nature::Reversal, "a rotary calibrator reads"),
-    ] {
-        let mut errors = ErrorModel::perfect(&kolibri);
-        assert!(errors.set(&kolibri, Parameter::parse(name).unwrap(), value));
-        let all = explain(&kolibri, &errors);
-        assert_eq!(all[0].alone.nature(), nature, "{name}");
-        assert!(all[0].sentence().contains(words), "{}", all[0].sentence());
+fn a_parameter_has_its_nature_its_instrument_and_its_sign() {
+    for line in SENTENCES.lines() {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let machine = machine(&format!("examples/{}/machine.toml", cells[0]));
+        let (parameter, value) = (Parameter::parse(cells[1]).unwrap(), cells[2].parse());
+        let mut errors = ErrorModel::perfect(&machine);
+        assert!(errors.set(&machine, parameter, value.unwrap()));
+        let all = explain(&machine, &errors);
+        assert_eq!(all.len(), 1, "{line}");
+        let sentence = all[0].sentence();
+        assert_eq!(format!("{:?}", all[0].alone.nature()), cells[3], "{line}");
+        assert!(sentence.contains(cells[4]), "{line}: {sentence}");
     }
 }

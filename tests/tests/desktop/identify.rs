@@ -1,55 +1,12 @@
 //! Identification on machines with known errors.
 
-use trueaxis_measure::formats::artefact::ArtefactBar;
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::formats::probings;
-use trueaxis_measure::identify::{Chosen, Fit, Identified, IdentifyOptions, Level, automatic};
-use trueaxis_measure::simulate::Disturbances;
-use trueaxis_model::errors::{ErrorModel, Parameter};
-use trueaxis_tests::probed::{Case, worst};
-
-#[test]
-fn without_noise_the_truth_is_found() {
-    for (folder, errors, model, count) in [
-        ("kolibri", "errors-10.toml", "10", 10),
-        ("kolibri", "errors-12.toml", "12", 10),
-        ("hu40", "errors-13.toml", "13", 13),
-        ("kolibri", "errors-81.toml", "81", 79),
-        ("hu40", "errors-84.toml", "84", 82),
-    ] {
-        let case = Case::new(folder, errors);
-        let identified = case.found(
-            model,
-            &case.measured(&Disturbances::default()),
-            IdentifyOptions::default(),
-        );
-        // 0.001 µm.
-        assert!(
-            worst(&identified) < 1e-6,
-            "{folder} {model}: {}",
-            worst(&identified)
-        );
-        let names: Vec<String> = identified
-            .parameters
-            .iter()
-            .map(|e| e.parameter.to_string())
-            .collect();
-        assert_eq!(names.len(), count, "{folder} {model}: {names:?}");
-        if count > 13 {
-            continue;
-        }
-        for e in &identified.parameters {
-            let off = (e.value - case.truth(e.parameter)).abs();
-            // 1e-6 mm at a tenth of a metre.
-            let most = if e.parameter.is_angular() || e.parameter.to_string().ends_with('1') {
-                1e-8
-            } else {
-                1e-6
-            };
-            assert!(off < most, "{}: {off}", e.parameter);
-        }
-    }
-}
+use trueaxis_identify::formats::artefact::ArtefactBar;
+use trueaxis_identify::formats::observations::Observations;
+use trueaxis_identify::formats::probings;
+use trueaxis_identify::simulate::Disturbances;
+use trueaxis_identify::{Chosen, Fit, Identified, IdentifyOptions, Level};
+use trueaxis_model::errors::Parameter;
+use trueaxis_tests::probed::Case;
 
 #[test]
 fn the_order_of_rows_does_not_matter() {
@@ -69,28 +26,6 @@ fn the_order_of_rows_does_not_matter() {
     let other = case.found("13", &other, IdentifyOptions::default());
     assert_eq!(one.parameters, other.parameters);
     assert_eq!((one.noise, one.condition), (other.noise, other.condition));
-}
-
-#[test]
-fn uncertainties_are_what_noise_does() {
-    let case = Case::new("kolibri", "errors-10.toml");
-    let seeds = 100;
-    let mut squares = [0.0; 10];
-    let mut noise = 0.0;
-    for seed in 0..seeds {
-        let measured = case.noisy(seed);
-        let identified = case.found("10", &measured, IdentifyOptions::default());
-        noise += identified.noise / f64::from(seeds as u32);
-        for (square, e) in squares.iter_mut().zip(&identified.parameters) {
-            *square += ((e.value - case.truth(e.parameter)) / e.uncertainty).powi(2) / seeds as f64;
-        }
-    }
-    // The standard deviation of 100 draws is known to 7 %: three and a half times that.
-    for square in squares {
-        assert!((0.75..1.25).contains(&square.sqrt()), "{squares:?}");
-    }
-    // 48 000 coordinates: 0.3 %.
-    assert!((noise - 1e-3).abs() < 1e-5, "{noise}");
 }
 
 #[test]
@@ -187,11 +122,7 @@ fn fit(level: &Level) -> &Fit {
 }
 
 fn chosen(case: &Case) -> Chosen {
-    let measured = case.noisy(0);
-    let perfect = ErrorModel::perfect(&case.machine);
-    let (machine, artefact) = (&case.machine, &case.artefact);
-    let (none, options) = (Observations::default(), IdentifyOptions::default());
-    automatic(machine, &measured, artefact, &none, &perfect, options).unwrap()
+    case.chosen(&case.noisy(0), &Observations::default())
 }
 
 #[test]

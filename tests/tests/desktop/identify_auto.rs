@@ -1,19 +1,12 @@
 //! The automatic choice, compared with the coefficients published for machines of the same layout.
 
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::identify::{
-    Chosen, IdentifyOptions, Level, Missing, RotationForm, TriedTerms, automatic, published,
-};
-use trueaxis_model::errors::{ErrorModel, ParameterKind};
+use trueaxis_identify::formats::observations::Observations;
+use trueaxis_identify::{Chosen, Level, Missing, RotationForm, TriedTerms, published};
+use trueaxis_model::errors::ParameterKind;
 use trueaxis_tests::probed::Case;
 
 fn chosen(case: &Case) -> Chosen {
-    let perfect = ErrorModel::perfect(&case.machine);
-    let measured = case.noisy(0);
-    let options = IdentifyOptions::default();
-    let others = Observations::default();
-    let (machine, artefact) = (&case.machine, &case.artefact);
-    automatic(machine, &measured, artefact, &others, &perfect, options).unwrap()
+    case.chosen(&case.noisy(0), &Observations::default())
 }
 
 fn level(chosen: &Chosen) -> &Level {

@@ -1,14 +1,13 @@
 //! Diagnostics of an identification from faulty probings.
 
 use nalgebra::Vector3;
-use trueaxis_measure::formats::artefact::ArtefactBar;
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{
-    Checked, IdentifyError, IdentifyOptions, Model, Problem, TrendAlong, held_out, honesty,
-    identify, snoop,
+use trueaxis_identify::formats::artefact::ArtefactBar;
+use trueaxis_identify::formats::observations::Observations;
+use trueaxis_identify::formats::probings::Probings;
+use trueaxis_identify::simulate::Disturbances;
+use trueaxis_identify::{
+    Checked, IdentifyError, IdentifyOptions, Model, Problem, TrendAlong, honesty, identify, snoop,
 };
-use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, ParameterKind};
 use trueaxis_tests::probed::Case;
 use trueaxis_tests::usual_or_all;
@@ -298,17 +297,10 @@ fn what_repeats_is_less_than_what_is_left_if_the_model_lacks_something() {
 fn balls_that_were_left_out_are_predicted_as_well_as_noise_lets_them() {
     let case = Case::new("kolibri", "errors-10.toml");
     let measured = case.noisy(1);
-    let perfect = ErrorModel::perfect(&case.machine);
-    let found = held_out(
-        &case.machine,
-        &measured,
-        &case.artefact,
-        &Observations::default(),
-        &case.parameters("10"),
-        &perfect,
-        IdentifyOptions::default(),
-    );
-    let found = found.unwrap();
+    let none = Observations::default();
+    let found = case
+        .held_out(&measured, &none, &case.parameters("10"))
+        .unwrap();
     assert_eq!(found.balls.len(), 4);
     // √3 µm of noise, and little more for the uncertainty of the machine.
     assert!((1.6e-3..2.0e-3).contains(&found.rms), "{found:?}");

@@ -1,11 +1,11 @@
 //! Identification on every machine, with repetitions.
 
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::identify::{
+use trueaxis_identify::formats::observations::Observations;
+use trueaxis_identify::simulate::Disturbances;
+use trueaxis_identify::{
     Identified, IdentifyError, IdentifyOptions, Model, NotKnown, Problem, Trial, error_file,
     identify, monte_carlo,
 };
-use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::covariance;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;

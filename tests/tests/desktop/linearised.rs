@@ -1,60 +1,10 @@
 //! The linearised model compared with central differences of the exact one: every parameter of every axis, on the
-//! golden machines and on a tilted machine with three rotary axes.
+//! golden machines and on random ones.
 
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation};
 use trueaxis_model::kinematics::{Kinematics, Linearised};
 use trueaxis_model::machine::{Machine, PerAxis};
-use trueaxis_tests::{Fixed, machine};
-
-/// Six axes, no two frames aligned, rotary axes in both branches.
-const TILTED: &str = r#"
-name = "tilted"
-topology = "wCXBFZAYSt"
-[[axis]]
-name = "B"
-branch = "workpiece"
-origin_mm = [20.0, -31.0, 44.0]
-orientation_deg = [10.0, 20.0, -30.0]
-range = [-40.0, 50.0]
-[[axis]]
-name = "X"
-branch = "workpiece"
-orientation_deg = [0.0, 5.0, 8.0]
-range = [-200.0, 300.0]
-reversed = true
-[[axis]]
-name = "C"
-branch = "workpiece"
-origin_mm = [-12.0, 9.0, 61.0]
-orientation_deg = [-7.0, 0.0, 0.0]
-range = [-180.0, 180.0]
-[[axis]]
-name = "Z"
-branch = "tool"
-orientation_deg = [3.0, -4.0, 0.0]
-range = [0.0, 400.0]
-[[axis]]
-name = "A"
-branch = "tool"
-origin_mm = [5.0, 6.0, 150.0]
-orientation_deg = [0.0, 0.0, 15.0]
-range = [-30.0, 35.0]
-reversed = true
-[[axis]]
-name = "Y"
-branch = "tool"
-orientation_deg = [0.0, 12.0, 0.0]
-range = [-150.0, 150.0]
-[spindle]
-origin_mm = [1.0, 2.0, 140.0]
-orientation_deg = [20.0, 0.0, 5.0]
-axis = "z"
-[tool]
-tip_mm = [0.0, 3.0, -90.0]
-[workpiece]
-origin_mm = [30.0, 20.0, 50.0]
-orientation_deg = [0.0, 0.0, 25.0]
-"#;
+use trueaxis_tests::{Fixed, machine, random_machines};
 
 /// Inter-axis errors, degrees 0 to 3 and backlash of every axis, and the spindle's location.
 fn parameters(machine: &Machine) -> Vec<Parameter> {
@@ -140,21 +90,12 @@ fn compare(machine: &Machine, seed: u64) {
 }
 
 #[test]
-fn the_columns_are_the_derivatives_on_the_huron() {
-    compare(&machine("tests/golden/huron-13.machine.toml"), 1);
-}
-
-#[test]
-fn the_columns_are_the_derivatives_on_the_kolibri() {
-    compare(&machine("tests/golden/kolibri-10.machine.toml"), 2);
-}
-
-#[test]
-fn the_columns_are_the_derivatives_with_an_axis_in_each_branch() {
-    compare(&machine("tests/golden/tilted-split.machine.toml"), 3);
-}
-
-#[test]
-fn the_columns_are_the_derivatives_on_a_tilted_machine_of_six_axes() {
-    compare(&Machine::from_toml(TILTED).unwrap(), 4);
+fn the_columns_are_the_derivatives() {
+    for (name, seed) in [("huron-13", 1), ("kolibri-10", 2), ("tilted-split", 3)] {
+        compare(&machine(&format!("tests/golden/{name}.machine.toml")), seed);
+    }
+    // Up to six axes in any order, rotary ones tilted, in both branches.
+    for case in random_machines::cases(10) {
+        compare(&case.machine, case.seed);
+    }
 }

@@ -37,48 +37,6 @@ impl Geometry {
         [c * u + s * v + xr, c * v - s * u + yr, w + zr]
     }
 
-    fn machine(&self) -> Machine {
-        let [x, y, z] = self.rot;
-        let (ay, az) = (y + self.dy, z + self.dz);
-        let (reversed, dt) = (self.conventional, self.dt);
-        Machine::from_toml(&format!(
-            r#"
-name = "xyzac-trt"
-topology = "wCAFXYZSt"
-[[axis]]
-name = "A"
-branch = "workpiece"
-origin_mm = [{x:?}, {ay:?}, {az:?}]
-range = [-120.0, 120.0]
-reversed = {reversed}
-[[axis]]
-name = "C"
-branch = "workpiece"
-origin_mm = [{x:?}, {y:?}, {z:?}]
-range = [-360.0, 360.0]
-reversed = {reversed}
-[[axis]]
-name = "X"
-branch = "tool"
-range = [-300.0, 300.0]
-[[axis]]
-name = "Y"
-branch = "tool"
-range = [-200.0, 200.0]
-[[axis]]
-name = "Z"
-branch = "tool"
-range = [-250.0, 100.0]
-[spindle]
-axis = "z"
-[tool]
-tip_mm = [0.0, 0.0, {:?}]
-"#,
-            -dt
-        ))
-        .unwrap()
-    }
-
     /// The LinuxCNC parameters stated in the comment of a machine file.
     fn of_comment(text: &str) -> Self {
         let pin = |name: &str| -> f64 {
@@ -97,11 +55,7 @@ tip_mm = [0.0, 0.0, {:?}]
         }
     }
 
-    fn compare(&self, seed: u64) {
-        self.compare_with(&self.machine(), seed);
-    }
-
-    fn compare_with(&self, machine: &Machine, seed: u64) {
+    fn compare(&self, machine: &Machine, seed: u64) {
         let errors = ErrorModel::perfect(machine);
         let kinematics = Kinematics::new(machine, &errors);
         let mut random = Fixed::new(seed);
@@ -121,46 +75,6 @@ tip_mm = [0.0, 0.0, {:?}]
     }
 }
 
-#[test]
-fn the_pose_of_xyzac_trt_is_reproduced() {
-    let plain = Geometry {
-        rot: [0.0; 3],
-        dy: 0.0,
-        dz: 0.0,
-        dt: 0.0,
-        conventional: false,
-    };
-    plain.compare(1);
-    Geometry {
-        rot: [12.5, -30.0, 44.0],
-        dy: -7.25,
-        dz: 21.5,
-        dt: 0.0,
-        conventional: false,
-    }
-    .compare(2);
-    Geometry {
-        rot: [12.5, -30.0, 44.0],
-        dy: -7.25,
-        dz: 21.5,
-        dt: 81.3,
-        conventional: false,
-    }
-    .compare(3);
-}
-
-#[test]
-fn conventional_directions_are_reversed_axes() {
-    Geometry {
-        rot: [-3.0, 8.0, -60.0],
-        dy: 15.0,
-        dz: -9.5,
-        dt: 120.0,
-        conventional: true,
-    }
-    .compare(4);
-}
-
 /// X and Y carry the table there, reversed: the tip moves as if they carried the tool.
 #[test]
 fn the_examples_are_what_linuxcnc_is_told_at_their_heads() {
@@ -171,7 +85,7 @@ fn the_examples_are_what_linuxcnc_is_told_at_their_heads() {
         assert!(geometry.rot.iter().all(|r| *r != 0.0) && geometry.dy != 0.0 && geometry.dz != 0.0);
         let machine = Machine::from_toml(&text).unwrap();
         assert_eq!(machine.topology(), "wCAXYFZSt");
-        geometry.compare_with(&machine, 5);
+        geometry.compare(&machine, 5);
         assert_eq!(Machine::doubts(&text), []);
     }
 }

@@ -2,13 +2,13 @@
 
 mod best_effort;
 mod calibrated;
+mod calibration;
 mod claims;
 mod clearance;
 mod direct;
 mod eq42;
 mod explain;
 mod found_again;
-mod golden;
 mod golden_blobs;
 mod identify;
 mod identify_auto;

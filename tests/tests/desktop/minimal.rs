@@ -1,8 +1,8 @@
 //! Eq. 1 of the source document, N = 4R + 2P + 6, beside the rank of what is to be identified.
 
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{Problem, identify};
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::probings::Probings;
+use trueaxis_identify::{Problem, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::MinimalParameters;
 use trueaxis_model::machine::Machine;

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::identify::{IdentifyOptions, automatic};
+use trueaxis_identify::IdentifyOptions;
+use trueaxis_identify::formats::observations::Observations;
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
@@ -80,11 +80,9 @@ fn over_the_travel_the_choice_is_no_worse_than_locations_and_scales() {
     for (number, case) in cases.take(count) {
         let seed = number as u64 + 1;
         let measured = case.noisy(seed);
-        let (none, options) = (Observations::default(), IdentifyOptions::default());
-        let (machine, perfect) = (&case.machine, ErrorModel::perfect(&case.machine));
-        let twelve = case.found("12", &measured, options);
-        let chosen = automatic(machine, &measured, &case.artefact, &none, &perfect, options);
-        let chosen = chosen.unwrap();
+        let perfect = ErrorModel::perfect(&case.machine);
+        let twelve = case.found("12", &measured, IdentifyOptions::default());
+        let chosen = case.chosen(&measured, &Observations::default());
         let found = [&twelve, &chosen.identified]
             .map(|found| case.written(&measured, &Observations::default(), found, None));
         let all = [&perfect, &found[0], &found[1]].map(|errors| off(&case, errors, seed));
@@ -94,7 +92,7 @@ fn over_the_travel_the_choice_is_no_worse_than_locations_and_scales() {
         if all[2] > WORSE * all[1] {
             worse.push(format!(
                 "{} {number}: {:.1} instead of {:.1} µm with {}",
-                machine.name,
+                case.machine.name,
                 all[2] * 1e3,
                 all[1] * 1e3,
                 chosen.levels[chosen.chosen].tried

@@ -1,101 +1,67 @@
 //! Plans compared with the final identification.
 
 use nalgebra::Vector3;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::observations::{self, Observations};
-use trueaxis_measure::formats::probe::Spherical;
-use trueaxis_measure::formats::probings::{self, Probing, Probings};
-use trueaxis_measure::identify::{
-    Identified, IdentifyOptions, Model, Problem, Unknown, Unseen, identify,
-};
-use trueaxis_measure::plan::{
-    Allowed, Criterion, Probe, Ratios, Setup, WantedDesign, as_good_as, design, expected, judge,
-    simulated_touches, touch_log, would_show,
-};
-use trueaxis_measure::simulate::{self, Disturbances};
-use trueaxis_measure::spheres::{read_log, to_probings};
+use trueaxis_identify::formats::observations::{self, Observations};
+use trueaxis_identify::formats::probings::{self, Probing, Probings};
+use trueaxis_identify::simulate::Disturbances;
+use trueaxis_identify::{Identified, IdentifyOptions, Model, Problem, Unknown, Unseen, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
-use trueaxis_model::machine::Machine;
+use trueaxis_probing::plan::{
+    Allowed, Criterion, Judgement, Probe, Ratios, Setup, WantedDesign, as_good_as, design,
+    expected, judge, simulated_touches, touch_log, would_show,
+};
+use trueaxis_probing::probe_file::Spherical;
+use trueaxis_probing::spheres::{read_log, to_probings};
+use trueaxis_tests::probed::Case;
 use trueaxis_tests::{read, usual_or_all};
 
-/// A machine, its errors, and its probing plan.
-struct Case {
-    machine: Machine,
-    errors: ErrorModel,
-    artefact: Artefact,
-    plan: Probings,
-    parameters: Vec<Parameter>,
+fn probe() -> Probe {
+    Probe {
+        cone: std::f64::consts::FRAC_PI_2,
+        ..Probe::default()
+    }
 }
 
-const PROBE: Probe = Probe {
-    radius: 13.0,
-    clearance: 5.0,
-    search: 3.0,
-    cone: std::f64::consts::FRAC_PI_2,
-    stylus: 3.0,
-    keep: 1.0,
-    around: 0,
-    keeps_clear: false,
-};
 /// Standard uncertainty of a coordinate (mm).
 const SIGMA: f64 = 1e-3;
 
-impl Case {
-    fn new(folder: &str, errors: &str, model: &str) -> Self {
-        let file = |name: &str| read(&format!("examples/{folder}/{name}"));
-        let machine = Machine::from_toml(&file("machine.toml")).unwrap();
-        let mut errors = ErrorModel::from_toml(&file(errors), &machine).unwrap();
-        // Polynomials that extend to the ends, like the identified ones.
-        for (range, axis) in errors.calibrated.iter_mut().zip(&machine.axes) {
-            *range = axis.travel.map(|t| axis.to_kinematic(t));
-        }
-        let model: Model = model.parse().unwrap();
-        Self {
-            artefact: Artefact::from_toml(&file("artefact.toml"), machine.tool_axis).unwrap(),
-            plan: probings::read(&file("plan.csv"), &machine, false).unwrap(),
-            parameters: model.parameters(&machine, 0, &[]).unwrap(),
-            machine,
-            errors,
-        }
+/// An example whose polynomials extend to the ends of the travel, like the identified ones, and the parameters of a model.
+fn example(folder: &str, errors: &str, model: &str) -> (Case, Vec<Parameter>) {
+    let mut case = Case::new(folder, errors);
+    for (range, axis) in case.errors.calibrated.iter_mut().zip(&case.machine.axes) {
+        *range = axis.travel.map(|t| axis.to_kinematic(t));
     }
+    let model: Model = model.parse().unwrap();
+    let parameters = model.parameters(&case.machine, 0, &[]).unwrap();
+    (case, parameters)
+}
 
-    fn setup(&self) -> Setup<'_> {
-        Setup {
-            machine: &self.machine,
-            artefact: &self.artefact,
-            balls: self.artefact.balls.iter().map(|b| b.name.clone()).collect(),
-            probe: PROBE,
-            sigma: SIGMA,
-            observations: None,
-        }
+fn setup(case: &Case) -> Setup<'_> {
+    Setup {
+        machine: &case.machine,
+        artefact: &case.artefact,
+        balls: case.artefact.balls.iter().map(|b| b.name.clone()).collect(),
+        probe: probe(),
+        sigma: SIGMA,
+        observations: None,
     }
+}
 
-    fn assumed(&self) -> &ErrorModel {
-        &self.errors
-    }
+fn judged(case: &Case, parameters: &[Parameter], plan: &Probings) -> Judgement {
+    judge(&setup(case), parameters, plan, &case.errors).unwrap()
+}
 
-    /// The probings with noise.
-    fn measured(&self) -> Probings {
-        let kinematics = Kinematics::new(&self.machine, &self.errors);
-        let disturbances = Disturbances {
-            noise: SIGMA,
-            ..Disturbances::default()
-        };
-        simulate::probings(&kinematics, &self.artefact, &self.plan, &disturbances).unwrap()
-    }
-
-    fn identified(&self, measured: &Probings) -> Identified {
-        let perfect = ErrorModel::perfect(&self.machine);
-        let problem = Problem::new(
-            &self.machine,
-            measured,
-            &self.artefact,
-            &self.parameters,
-            &perfect,
-        );
-        identify(&problem, IdentifyOptions::default()).unwrap()
-    }
+fn identified(case: &Case, parameters: &[Parameter], measured: &Probings) -> Identified {
+    let perfect = ErrorModel::perfect(&case.machine);
+    let problem = Problem::new(
+        &case.machine,
+        measured,
+        &case.artefact,
+        parameters,
+        &perfect,
+    );
+    identify(&problem, IdentifyOptions::default()).unwrap()
 }
 
 fn names(parameters: impl Iterator<Item = Parameter>) -> Vec<String> {
@@ -116,22 +82,17 @@ fn what_is_foreseen_is_what_identify_states() {
         ("kolibri", "errors-81.toml", "81", exact, 0.01),
         ("hu40", "errors-84.toml", "84", exact, 0.01),
     ] {
-        let case = Case::new(folder, errors, model);
-        let judged = judge(&case.setup(), &case.parameters, &case.plan, case.assumed());
-        let foreseen = judged.unwrap().foreseen;
-        let kinematics = Kinematics::new(&case.machine, &case.errors);
+        let (case, parameters) = example(folder, errors, model);
+        let foreseen = judged(&case, &parameters, &case.plan).foreseen;
         for (noise, most) in [(0.0, without_noise), (SIGMA, with_noise)] {
-            let disturbances = Disturbances {
+            let mut measured = case.measured(&Disturbances {
                 noise,
                 ..Disturbances::default()
-            };
-            let measured =
-                simulate::probings(&kinematics, &case.artefact, &case.plan, &disturbances);
-            let mut measured = measured.unwrap();
+            });
             for row in &mut measured.rows {
                 row.sigma = Some(SIGMA);
             }
-            let identified = case.identified(&measured);
+            let identified = identified(&case, &parameters, &measured);
             assert_eq!(
                 names(foreseen.parameters.iter().copied()),
                 names(identified.parameters.iter().map(|e| e.parameter)),
@@ -157,7 +118,7 @@ fn what_is_foreseen_is_what_identify_states() {
 
 #[test]
 fn what_is_foreseen_of_instruments_is_what_identify_states() {
-    let case = Case::new("kolibri", "errors-10.toml", "10");
+    let (case, all) = example("kolibri", "errors-10.toml", "10");
     // A plan has no readings.
     let plan: String = (read("examples/kolibri/observations.csv").lines())
         .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
@@ -168,21 +129,21 @@ fn what_is_foreseen_of_instruments_is_what_identify_states() {
         })
         .collect();
     let instruments = observations::read_plan(&plan, "mixed.csv", &case.machine).unwrap();
-    let few = Model::Named(case.parameters[5..].to_vec());
+    let few = Model::Named(all[5..].to_vec());
     let few = few.parameters(&case.machine, 0, &[]).unwrap();
     let perfect = ErrorModel::perfect(&case.machine);
     // On a perfect machine, only rounding is left. Otherwise set-ups are foreseen where they would be seen from a perfect
     // machine, and directions differ by its errors of up to 1.1 mrad.
     for (plan, parameters, assumed, most) in [
-        (case.plan.clone(), &case.parameters, &perfect, 1e-8),
-        (case.plan.clone(), &case.parameters, &case.errors, 2e-3),
+        (case.plan.clone(), &all, &perfect, 1e-8),
+        (case.plan.clone(), &all, &case.errors, 2e-3),
         (Probings::default(), &few, &perfect, 1e-8),
         (Probings::default(), &few, &case.errors, 2e-3),
     ] {
         let observed = expected(&case.machine, &instruments, assumed, SIGMA).unwrap();
         let setup = Setup {
             observations: Some(&observed),
-            ..case.setup()
+            ..setup(&case)
         };
         let judged = judge(&setup, parameters, &plan, assumed).unwrap();
         let problem = Problem::new(
@@ -213,14 +174,14 @@ fn what_is_foreseen_of_instruments_is_what_identify_states() {
     let proposed = |observations| {
         let setup = Setup {
             observations,
-            ..case.setup()
+            ..setup(&case)
         };
-        let plan = design(&setup, &allowed, &case.parameters, case.assumed(), wanted);
+        let plan = design(&setup, &allowed, &all, &case.errors, wanted);
         let setup = Setup {
             observations: Some(&observed),
             ..setup
         };
-        judge(&setup, &case.parameters, &plan.unwrap(), case.assumed()).unwrap()
+        judge(&setup, &all, &plan.unwrap(), &case.errors).unwrap()
     };
     let [alone, together] = [None, Some(&observed)].map(proposed);
     let [alone, together] = [alone, together].map(|judged| judged.tip.root_mean_square);
@@ -229,22 +190,22 @@ fn what_is_foreseen_of_instruments_is_what_identify_states() {
 
 #[test]
 fn an_added_position_shows_what_was_not_seen() {
-    let mut case = Case::new("hu40", "errors-13.toml", "13");
+    let (mut case, parameters) = example("hu40", "errors-13.toml", "13");
     // Without indexing, the spindle's position cannot be distinguished from the stylus.
     case.plan.rows.retain(|row| row.spindle == 0.0);
-    let judged = judge(&case.setup(), &case.parameters, &case.plan, case.assumed()).unwrap();
-    let names: Vec<String> = judged
+    let found = judged(&case, &parameters, &case.plan);
+    let names: Vec<String> = found
         .remedies
         .iter()
         .map(|r| r.unseen.to_string())
         .collect();
     assert_eq!(names, ["EY0S", "EX0S"]);
-    let add = judged.remedies[0].add.clone().unwrap();
+    let add = found.remedies[0].add.clone().unwrap();
     assert_ne!(add.spindle, 0.0);
     case.plan.rows.push(add);
-    let judged = judge(&case.setup(), &case.parameters, &case.plan, case.assumed()).unwrap();
-    assert!(judged.remedies.is_empty(), "{:?}", judged.remedies);
-    assert_eq!(judged.foreseen.parameters.len(), 13);
+    let found = judged(&case, &parameters, &case.plan);
+    assert!(found.remedies.is_empty(), "{:?}", found.remedies);
+    assert_eq!(found.foreseen.parameters.len(), 13);
 }
 
 #[test]
@@ -259,12 +220,12 @@ fn an_identification_names_the_probing_that_would_show_what_it_does_not_see() {
         }),
     ];
     for (folder, errors, model, is_kept) in cases {
-        let mut case = Case::new(folder, errors, model);
+        let (mut case, model) = example(folder, errors, model);
         case.plan.rows.retain(is_kept);
         let mut last = usize::MAX;
         loop {
-            let measured = case.measured();
-            let identified = case.identified(&measured);
+            let measured = case.noisy(0);
+            let identified = identified(&case, &model, &measured);
             let perfect = ErrorModel::perfect(&case.machine);
             let remedies = would_show(
                 &case.machine,
@@ -305,9 +266,9 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
             "B=-60:60:15,C=-180:180:30,S=0:300:60",
         ),
     ] {
-        let case = Case::new(folder, errors, model);
+        let (case, parameters) = example(folder, errors, model);
         let backlash = |l: char| {
-            case.parameters
+            parameters
                 .iter()
                 .any(|p| p.axis == l && p.to_string().ends_with('b'))
         };
@@ -325,7 +286,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
             probings: 50,
             criterion: Criterion::Volume,
         };
-        let plan = design(&case.setup(), &allowed, &case.parameters, assumed, wanted).unwrap();
+        let plan = design(&setup(&case), &allowed, &parameters, assumed, wanted).unwrap();
         assert_eq!(plan.rows.len(), 50);
         // As written and read back.
         let text = probings::write_plan(&plan, &case.machine);
@@ -346,7 +307,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
                 &case.artefact,
                 &real,
                 &plan,
-                &PROBE,
+                &probe(),
                 &Spherical::default(),
                 &disturbances,
             );
@@ -365,7 +326,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
                     &known,
                 )
                 .unwrap();
-                known = case.identified(&found.probings).errors;
+                known = identified(&case, &parameters, &found.probings).errors;
             }
             let found = to_probings(
                 &case.machine,
@@ -381,20 +342,14 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
                 "{:?}",
                 found.fitted
             );
-            let identified = case.identified(&found.probings);
+            let identified = identified(&case, &parameters, &found.probings);
             assert_eq!(
                 identified.parameters.len(),
-                case.parameters.len(),
+                parameters.len(),
                 "{folder} {model}"
             );
             for e in &identified.parameters {
-                let truth = case
-                    .errors
-                    .parameters
-                    .get(&e.parameter)
-                    .copied()
-                    .unwrap_or(0.0);
-                let off = (e.value - truth).abs();
+                let off = (e.value - case.truth(e.parameter)).abs();
                 // Among 21 to 25 values, one in 7000 deviates more than this.
                 assert!(
                     noise == 0.0 || off < 4.5 * e.uncertainty,
@@ -437,18 +392,18 @@ fn a_plan_for_the_document_s_machines_takes_fewer_probings() {
     .into_iter()
     .take(usual_or_all(1, 2))
     {
-        let case = Case::new(folder, errors, model);
-        let setup = case.setup();
+        let (case, parameters) = example(folder, errors, model);
+        let setup = setup(&case);
         let mut allowed = Allowed::of(&case.machine, &vec![false; case.machine.axes.len()]);
         allowed.restrict(&case.machine, indexings).unwrap();
-        let assumed = case.assumed();
-        let published = judge(&setup, &case.parameters, &case.plan, assumed).unwrap();
+        let assumed = &case.errors;
+        let published = judge(&setup, &parameters, &case.plan, assumed).unwrap();
         assert_eq!(published.plan.rows.len(), most);
         for &criterion in usual_or_all(&[usual][..], &both) {
             let found = as_good_as(
                 &setup,
                 &allowed,
-                &case.parameters,
+                &parameters,
                 assumed,
                 &published,
                 criterion,
@@ -456,7 +411,7 @@ fn a_plan_for_the_document_s_machines_takes_fewer_probings() {
             let found = found.unwrap();
             assert!(found.is_whole, "{folder} {criterion:?}");
             let found = (found.plan).unwrap_or_else(|| panic!("{folder} {criterion:?}: none"));
-            let planned = judge(&setup, &case.parameters, &found, assumed);
+            let planned = judge(&setup, &parameters, &found, assumed);
             let planned = planned.unwrap();
             let ratios = Ratios::of(&planned, &published);
             assert!(ratios.is_no_worse(criterion), "{folder}: {ratios:?}");

@@ -1,27 +1,16 @@
 //! What `plan` proposes is accepted by everything that takes a plan, on random machines with and without solids.
 
 use std::fmt::Write;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings;
-use trueaxis_measure::identify::Model;
-use trueaxis_measure::plan::{
-    Allowed, Feeds, Probe, Setup, WantedDesign, collision, design, judge, linuxcnc, steps, table,
-};
+use trueaxis_identify::Model;
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::probings;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
-use trueaxis_tests::{Fixed, random_machines, read, usual_or_all};
-
-const PROBE: Probe = Probe {
-    radius: 13.0,
-    clearance: 5.0,
-    search: 3.0,
-    cone: std::f64::consts::FRAC_PI_3,
-    stylus: 3.0,
-    keep: 1.0,
-    around: 0,
-    keeps_clear: false,
+use trueaxis_probing::plan::{
+    Allowed, Feeds, Probe, Setup, WantedDesign, collision, design, judge, linuxcnc, steps, table,
 };
+use trueaxis_tests::{Fixed, random_machines, read, usual_or_all};
 
 /// The example's trunnion with other arms, spindle and balls: often too narrow for half of its rows.
 fn trunnion(random: &mut Fixed) -> (Machine, String) {
@@ -86,7 +75,7 @@ fn a_proposal_is_accepted_by_judge_program_and_check_of_collisions() {
             machine,
             artefact: &artefact,
             balls: artefact.balls.iter().map(|b| b.name.clone()).collect(),
-            probe: PROBE,
+            probe: Probe::default(),
             sigma: 1e-3,
             observations: None,
         };

@@ -3,10 +3,10 @@
 
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Policy};
+use trueaxis_model::validate::{Region, Runtime, random_commands, verify};
 use trueaxis_tables::compile::{self, Options};
 use trueaxis_tables::schemes::exact::Minimize;
 use trueaxis_tables::schemes::{self, Scheme};
-use trueaxis_tables::validate::{Region, Runtime, random_commands, verify};
 use trueaxis_tests::{errors, machine, read, usual_or_all};
 
 #[track_caller]
@@ -18,40 +18,33 @@ fn shows(file: &str, line: &str) {
     );
 }
 
+/// Rows of the manual, machines and errors: the examples with 10, 12 or 13 errors.
+const ROWS: &str = "\
+Huron, 13 errors                   | huron-k2x8/machine             | huron-k2x8/errors-13
+… with the tool length as an input | huron-k2x8/machine-tool-length | huron-k2x8/errors-13
+Kolibri, 10 errors                 | kolibri/machine                | kolibri/errors-10
+Kolibri, 12 errors                 | kolibri/machine                | kolibri/errors-12
+HU40, 13 errors                    | hu40/machine                   | hu40/errors-13
+fork head, 13 errors               | fork-head/machine              | fork-head/errors-13
+table-head, 13 errors              | table-head/machine             | table-head/errors-13
+router, 10 errors                  | router/machine                 | router/errors-10";
+
+/// All of them, or `usual` ones.
+fn rows(usual: usize) -> impl Iterator<Item = (&'static str, [&'static str; 2])> {
+    let rows = ROWS.lines().map(|line| {
+        let mut cells = line.split('|').map(str::trim);
+        [(); 3].map(|()| cells.next().unwrap())
+    });
+    let rows = rows.map(|[row, machine, errors]| (row, [machine, errors]));
+    rows.take(usual_or_all(usual, usize::MAX))
+}
+
 /// Every example with 10, 12 or 13 errors: its row in the manual, and the tolerance, everywhere.
 #[test]
 fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
-    for (row, machine_file, errors_file) in [
-        (
-            "Huron, 13 errors",
-            "huron-k2x8/machine",
-            "huron-k2x8/errors-13",
-        ),
-        (
-            "… with the tool length as an input",
-            "huron-k2x8/machine-tool-length",
-            "huron-k2x8/errors-13",
-        ),
-        ("Kolibri, 10 errors", "kolibri/machine", "kolibri/errors-10"),
-        ("Kolibri, 12 errors", "kolibri/machine", "kolibri/errors-12"),
-        ("HU40, 13 errors", "hu40/machine", "hu40/errors-13"),
-        (
-            "fork head, 13 errors",
-            "fork-head/machine",
-            "fork-head/errors-13",
-        ),
-        (
-            "table-head, 13 errors",
-            "table-head/machine",
-            "table-head/errors-13",
-        ),
-        ("router, 10 errors", "router/machine", "router/errors-10"),
-    ]
-    .into_iter()
-    .take(usual_or_all(3, 8))
-    {
-        let machine = machine(&format!("examples/{machine_file}.toml"));
-        let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
+    for (row, [machine, errors]) in rows(3) {
+        let machine = self::machine(&format!("examples/{machine}.toml"));
+        let errors = self::errors(&format!("examples/{errors}.toml"), &machine);
         let [by_cost, by_tables] = [Minimize::Cost, Minimize::Tables].map(|minimize| {
             let options = Options {
                 scheme: Scheme::Exact { minimize },
@@ -65,8 +58,7 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
             let runtime = Runtime::load(&built.blob).unwrap();
             let kinematics = runtime.kinematics(&machine, &errors);
             let commands = random_commands(&kinematics, Region::Travel, 2000, 7).unwrap();
-            let zero = vec![0.0; machine.axes.len()];
-            let zero = std::array::from_fn(|i| zero.get(i).copied().unwrap_or(0.0));
+            let zero = Default::default();
             let verification =
                 verify(&machine, &errors, &runtime, &zero, &commands, || {}).unwrap();
             assert!(
@@ -87,62 +79,20 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
     }
 }
 
-/// Like `the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance`, with the default policy: its rows in the manual, its permitted size relative to `orientation`, and the
-/// capacity in bytes of controllers.
+/// With the default policy: rows in the manual, the permitted size relative to `orientation`, and the capacity in bytes of
+/// controllers.
 #[test]
 fn the_manual_counts_what_the_direction_takes() {
     // For all but two; the manual explains why these take more.
     let more = ["fork head, 13 errors", "Kolibri, 12 errors"];
-    for (row, machine_file, errors_file, bytes) in [
-        (
-            "Huron, 13 errors",
-            "huron-k2x8/machine",
-            "huron-k2x8/errors-13",
-            8_000,
-        ),
-        (
-            "… with the tool length as an input",
-            "huron-k2x8/machine-tool-length",
-            "huron-k2x8/errors-13",
-            8_000,
-        ),
-        (
-            "Kolibri, 10 errors",
-            "kolibri/machine",
-            "kolibri/errors-10",
-            24_000,
-        ),
-        (
-            "Kolibri, 12 errors",
-            "kolibri/machine",
-            "kolibri/errors-12",
-            24_000,
-        ),
-        ("HU40, 13 errors", "hu40/machine", "hu40/errors-13", 24_000),
-        (
-            "fork head, 13 errors",
-            "fork-head/machine",
-            "fork-head/errors-13",
-            10_000,
-        ),
-        (
-            "table-head, 13 errors",
-            "table-head/machine",
-            "table-head/errors-13",
-            24_000,
-        ),
-        (
-            "router, 10 errors",
-            "router/machine",
-            "router/errors-10",
-            24_000,
-        ),
-    ]
-    .into_iter()
-    .take(usual_or_all(3, 8))
-    {
-        let machine = machine(&format!("examples/{machine_file}.toml"));
-        let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
+    for (row, [machine, errors]) in rows(3) {
+        let bytes = match row {
+            "Huron, 13 errors" | "… with the tool length as an input" => 8_000,
+            "fork head, 13 errors" => 10_000,
+            _ => 24_000,
+        };
+        let machine = self::machine(&format!("examples/{machine}.toml"));
+        let errors = self::errors(&format!("examples/{errors}.toml"), &machine);
         let [direction, orientation] = [Policy::default(), Policy::Orientation].map(|policy| {
             let options = Options {
                 tables: schemes::Options {

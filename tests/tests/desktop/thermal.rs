@@ -1,8 +1,8 @@
 //! Thermal terms: from temperatures and points of a machine with finite-difference temperature fields to the servo.
 
 use trueaxis::{Inputs, Servo};
-use trueaxis_measure::formats::{observations, temperatures};
-use trueaxis_measure::identify::FoundChange;
+use trueaxis_identify::FoundChange;
+use trueaxis_identify::formats::{observations, temperatures};
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tables::compile::{Options, build};

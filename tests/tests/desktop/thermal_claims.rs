@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
-use trueaxis_measure::formats::observations;
-use trueaxis_measure::formats::temperatures::{self, Temperatures};
+use trueaxis_identify::formats::observations;
+use trueaxis_identify::formats::temperatures::{self, Temperatures};
 use trueaxis_model::errors::{ErrorModel, Situation};
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::thermal_field::{Parts, SENSORS};

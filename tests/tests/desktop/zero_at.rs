@@ -5,9 +5,9 @@ use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile::prove;
 use trueaxis_tables::schemes::{self, Options, Scheme};
-use trueaxis_tables::validate::Runtime;
 use trueaxis_tests::{errors, machine, read};
 
 fn kolibri() -> (Machine, ErrorModel) {

@@ -4,7 +4,6 @@
 use core::convert::Infallible;
 
 use heapless::spsc::{Consumer, Queue};
-use trueaxis_firmware::controller::received;
 
 use crate::bare::uart;
 
@@ -28,7 +27,12 @@ impl embedded_io::ErrorType for Uart {
 
 impl embedded_io::Read for Uart {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        Ok(received(&mut self.bytes, buffer, cortex_m::asm::wfi))
+        while !buffer.is_empty() && !self.bytes.ready() {
+            cortex_m::asm::wfi();
+        }
+        let come = core::iter::from_fn(|| self.bytes.dequeue());
+        let places = buffer.iter_mut().zip(come);
+        Ok(places.map(|(place, byte)| *place = byte).count())
     }
 }
 

@@ -1,6 +1,6 @@
 //! A simulated machine: `trueaxis_model_…`.
 
-use super::{check, check_memory, give, give_text_of, guarded_length, values};
+use super::{check, check_memory, give, give_text, values};
 use crate::Model;
 use crate::code::Code;
 use crate::guarded::guarded;
@@ -73,12 +73,12 @@ pub unsafe extern "C" fn trueaxis_model_axes(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    guarded_length(|| {
-        // SAFETY: guaranteed by the caller.
-        let of = unsafe { self::model(model) };
-        // SAFETY: guaranteed by the caller.
-        unsafe { give_text_of(text, size, of, |model, text| model.axes(text)) }
-    })
+    // SAFETY: guaranteed by the caller.
+    unsafe {
+        give_text(text, size, |text| {
+            self::model(model).map(|model| model.axes(text))
+        })
+    }
 }
 
 /// Lets the errors of a model follow temperatures for `seconds`, each with the lag of the error file: the next

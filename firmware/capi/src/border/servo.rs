@@ -1,8 +1,7 @@
 //! The servo: `trueaxis_servo_…`.
 
 use super::{
-    Held, check_memory, give, give_text, give_values, guarded_length, servo_to_read, tables,
-    take_values, values,
+    Held, check_memory, give, give_text, give_values, servo_to_read, tables, take_values, values,
 };
 use crate::code::Code;
 use crate::facts::StatusFacts;
@@ -150,7 +149,7 @@ pub unsafe extern "C" fn trueaxis_servo_enable(servo: *mut Servo, on: i32) -> Co
 pub unsafe extern "C" fn trueaxis_servo_dry_run(servo: *mut Servo, on: i32) -> Code {
     guarded(|| {
         // SAFETY: guaranteed by the caller.
-        unsafe { super::servo(servo) }?.dry_run(on != 0);
+        unsafe { super::servo(servo) }?.servo.dry_run(on != 0);
         Ok(())
     })
 }
@@ -251,7 +250,7 @@ pub unsafe extern "C" fn trueaxis_servo_swap(
         // SAFETY: guaranteed by the caller.
         unsafe { tables(to) }?;
         back = retire(servo);
-        let current = servo.current();
+        let current = servo.servo.handle();
         if core::ptr::eq(current.pointer(), to) {
             let again = ManuallyDrop::into_inner(current.again());
             return match servo.swap(again) {
@@ -282,7 +281,7 @@ pub unsafe extern "C" fn trueaxis_servo_swap(
 
 /// Takes back retired tables; null if there are none.
 fn retire(servo: &mut Servo) -> *mut Tables {
-    let held = servo.take_retired();
+    let held = servo.servo.take_retired();
     held.map_or(null_mut(), |held| held.pointer())
 }
 
@@ -368,7 +367,7 @@ pub unsafe extern "C" fn trueaxis_servo_computed(
         let servo = unsafe { servo_to_read(servo) }?;
         servo.check(axes)?;
         // SAFETY: guaranteed by the caller.
-        unsafe { give_values(computed, axes, &servo.computed()) }
+        unsafe { give_values(computed, axes, &servo.servo.correction().computed) }
     })
 }
 
@@ -388,7 +387,7 @@ pub unsafe extern "C" fn trueaxis_servo_velocity(
         let servo = unsafe { servo_to_read(servo) }?;
         servo.check(axes)?;
         // SAFETY: guaranteed by the caller.
-        unsafe { give_values(velocity, axes, &servo.velocity()) }
+        unsafe { give_values(velocity, axes, &servo.servo.velocity()) }
     })
 }
 
@@ -403,7 +402,7 @@ pub unsafe extern "C" fn trueaxis_conditions_text(
     size: usize,
 ) -> usize {
     // SAFETY: guaranteed by the caller.
-    guarded_length(|| unsafe {
+    unsafe {
         give_text(text, size, |text| {
             for (place, name) in Conditions(conditions).names().enumerate() {
                 if place > 0 {
@@ -411,6 +410,7 @@ pub unsafe extern "C" fn trueaxis_conditions_text(
                 }
                 text.push(name);
             }
+            Ok(())
         })
-    })
+    }
 }

@@ -1,11 +1,12 @@
 //! Tables: `trueaxis_tables_…`.
 
-use super::{bytes, check_memory, give, give_text_of, guarded_length, tables};
+use super::{bytes, check_memory, give, give_text, tables};
 use crate::Tables;
 use crate::code::Code;
 use crate::facts::{Adjustable, AuxiliaryFacts, AxisFacts, Facts, Generated, TRUEAXIS_ALIGNMENT};
 use crate::guarded::guarded;
 use crate::tables::About;
+use crate::text::Text;
 use core::ffi::{c_char, c_void};
 use trueaxis::Compensation;
 
@@ -186,12 +187,12 @@ pub unsafe extern "C" fn trueaxis_tables_reason(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    guarded_length(|| {
-        // SAFETY: guaranteed by the caller.
-        let of = unsafe { super::tables(tables) };
-        // SAFETY: guaranteed by the caller.
-        unsafe { give_text_of(text, size, of, Tables::reason) }
-    })
+    // SAFETY: guaranteed by the caller.
+    unsafe {
+        give_text(text, size, |text| {
+            super::tables(tables).map(|tables| tables.reason(text))
+        })
+    }
 }
 
 /// Writes the name of the machine, like `trueaxis_tables_reason`.
@@ -204,12 +205,13 @@ pub unsafe extern "C" fn trueaxis_tables_machine(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    guarded_length(|| {
+    let machine = |text: &mut Text<'_>| {
         // SAFETY: guaranteed by the caller.
-        let of = unsafe { super::tables(tables) }.and_then(Tables::loaded);
-        // SAFETY: guaranteed by the caller.
-        unsafe { give_text_of(text, size, of, |c, text| text.push(c.machine())) }
-    })
+        text.push(unsafe { super::tables(tables) }?.loaded()?.machine());
+        Ok(())
+    };
+    // SAFETY: guaranteed by the caller.
+    unsafe { give_text(text, size, machine) }
 }
 
 /// Information about the loaded tables.

@@ -4,24 +4,16 @@ use trueaxis::{Conditions, Usual};
 
 use super::*;
 use crate::controller::tests::{Pin, Wire, access, side};
-use crate::device::{Command, FAULTS, LinkOnly, NoClock, PositionSource};
+use crate::device::tests::Source;
+use crate::device::{Command, FAULTS, LinkOnly, NoClock};
 
-/// Referenced, at a fixed place.
-struct Place([f32; 8]);
-
-impl PositionSource<[f32; 8]> for Place {
-    fn take(&mut self) -> Option<Command<[f32; 8]>> {
-        Some(Command::new(self.0, u16::MAX))
-    }
-}
-
-/// A place where a correction is not zero.
 const HERE: [f32; 8] = [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
 /// Runs `count` periods at a place.
 fn ticks(side: &mut ServoSide<Usual>, place: [f32; 8], count: u32) {
     for _ in 0..count {
-        side.tick(&mut Place(place), &mut LinkOnly, &NoClock);
+        let mut source = Source(Some(Command::new(place, u16::MAX)));
+        side.tick(&mut source, &mut LinkOnly, &NoClock);
     }
 }
 

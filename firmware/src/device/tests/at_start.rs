@@ -17,14 +17,15 @@ fn activate(desktop: &mut Desktop, slot: Slot) -> Reply<'static> {
     ask(desktop, &Request::Activate { slot, force: false })
 }
 
-fn active(desktop: &Desktop) -> Option<Slot> {
-    match desktop.device.activation() {
-        Activation::Active(slot) => slot,
-        other => panic!("{other:?}"),
-    }
+/// `periods` servo periods, with as many turns of the main loop.
+fn is(desktop: &mut Desktop, slot: Option<Slot>, enabled: bool) {
+    assert_eq!((active(desktop), status(desktop).enabled), (slot, enabled));
 }
 
-/// `periods` servo periods, with as many turns of the main loop.
+fn sound(desktop: &Desktop, slot: Option<Slot>) {
+    assert_eq!((active(desktop), desktop.device.fault()), (slot, None));
+}
+
 fn stand(desktop: &mut Desktop, periods: u32) {
     for _ in 0..periods {
         desktop.turn(1);
@@ -33,16 +34,13 @@ fn stand(desktop: &mut Desktop, periods: u32) {
 
 /// Compensations of one machine in both slots. Both have been in use; B is now.
 fn both(while_busy: WhileBusy) -> Desktop {
-    let mut desktop = Desktop::start(flash(while_busy), PERIOD);
+    let mut desktop = fresh(while_busy);
     for (scale, slot) in [(0.1, Slot::A), (0.2, Slot::B)] {
         let blob = blob("m", b"XY", scale);
         let done = upload_with(&mut desktop, &blob, &IN_USE);
         assert!(matches!(done, Reply::Upload(Upload::Committed { .. })));
         desktop = desktop.restart();
-        assert_eq!(
-            (active(&desktop), desktop.device.fault()),
-            (Some(slot), None)
-        );
+        sound(&desktop, Some(slot));
     }
     desktop
 }
@@ -56,17 +54,14 @@ const EVERY: [WhileBusy; 3] = [
 #[test]
 fn what_was_committed_and_never_activated_is_not_taken_by_a_start() {
     for while_busy in EVERY {
-        let mut desktop = Desktop::start(flash(while_busy), PERIOD);
+        let mut desktop = fresh(while_busy);
         upload(&mut desktop, &blob("m", b"XY", 0.1), false);
         desktop = desktop.restart();
         assert_eq!(active(&desktop), None);
         assert_eq!(desktop.device.fault(), Some(Fault::Waiting(Slot::A)));
         activate(&mut desktop, Slot::A);
         desktop.turn(1);
-        assert_eq!(
-            (active(&desktop), desktop.device.fault()),
-            (Some(Slot::A), None)
-        );
+        sound(&desktop, Some(Slot::A));
         upload(&mut desktop, &blob("m", b"XY", 0.2), false);
         let known = AtStart {
             in_use: Some(Slot::A),
@@ -91,15 +86,10 @@ fn a_rollback_lasts() {
         for slot in [Slot::A, Slot::B, Slot::A] {
             assert_eq!(at_start(&mut desktop).before, Some(slot));
             activate(&mut desktop, slot);
-            while active(&desktop) != Some(slot) {
-                desktop.turn(1);
-            }
+            await_active(&mut desktop, Some(slot));
             assert_eq!(at_start(&mut desktop).storing, Storing::Stored);
             desktop = desktop.restart();
-            assert_eq!(
-                (active(&desktop), desktop.device.fault()),
-                (Some(slot), None)
-            );
+            sound(&desktop, Some(slot));
         }
     }
 }
@@ -107,9 +97,7 @@ fn a_rollback_lasts() {
 #[test]
 fn where_the_flash_stalls_a_change_in_motion_is_stored_at_the_next_standstill() {
     let mut desktop = both(WhileBusy::Standstill);
-    for request in [Request::Referenced(3), Request::Enable(true)] {
-        ask(&mut desktop, &request);
-    }
+    let_in(&mut desktop);
     settle(&mut desktop);
     desktop.standstill.set(false);
     let spent = desktop.device.slots().flash().spent();
@@ -174,9 +162,7 @@ fn where_the_flash_stalls_a_change_in_motion_is_stored_at_the_next_standstill() 
 #[test]
 fn what_waits_to_be_stored_is_not_forgotten_by_a_change() {
     let mut desktop = both(WhileBusy::Standstill);
-    for request in [Request::Referenced(3), Request::Enable(true)] {
-        ask(&mut desktop, &request);
-    }
+    let_in(&mut desktop);
     settle(&mut desktop);
     // The corrections are ramping to zero for that when the machine starts to move.
     ask(&mut desktop, &Request::EnableAtStart(true));
@@ -205,9 +191,7 @@ fn no_update_falls_into_the_storing_of_what_a_start_goes_by() {
                 assert!(servo.lock(|side| side.is_suspended() && side.is_at_zero()));
             });
         });
-        for request in [Request::Referenced(3), Request::Enable(true)] {
-            ask(&mut desktop, &request);
-        }
+        let_in(&mut desktop);
         settle(&mut desktop);
         assert!(status(&mut desktop).dq[0] != 0.0);
         ask(&mut desktop, &Request::EnableAtStart(true));
@@ -242,29 +226,18 @@ fn corrections_are_let_in_at_start_only_if_that_was_set() {
         let third = blob("m", b"XY", 0.3);
         upload_with(&mut desktop, &third, &IN_USE);
         desktop = desktop.restart();
-        assert_eq!(
-            (active(&desktop), status(&mut desktop).enabled),
-            (Some(Slot::A), true)
-        );
+        is(&mut desktop, Some(Slot::A), true);
         activate(&mut desktop, Slot::B);
-        while active(&desktop) != Some(Slot::B) {
-            desktop.turn(1);
-        }
+        await_active(&mut desktop, Some(Slot::B));
         desktop.turn(2000);
         desktop = desktop.restart();
-        assert_eq!(
-            (active(&desktop), status(&mut desktop).enabled),
-            (Some(Slot::B), true)
-        );
+        is(&mut desktop, Some(Slot::B), true);
         // Not in the slot used in place of the chosen one.
         let mut flash = desktop.stop();
         flash.flip(Slot::B, 800);
         let mut desktop = Desktop::start(flash, PERIOD);
         assert_eq!(desktop.device.fault(), Some(Fault::Lost));
-        assert_eq!(
-            (active(&desktop), status(&mut desktop).enabled),
-            (Some(Slot::A), false)
-        );
+        is(&mut desktop, Some(Slot::A), false);
         // Unless requested.
         ask(&mut desktop, &Request::EnableAtStart(true));
         desktop = desktop.restart();
@@ -281,10 +254,7 @@ fn an_upload_over_what_was_lost_leaves_the_one_in_its_place_in_use() {
         let mut desktop = both(while_busy);
         ask(&mut desktop, &Request::EnableAtStart(true));
         desktop = lose_and_begin(desktop, Slot::B);
-        assert_eq!(
-            (active(&desktop), desktop.device.fault()),
-            (Some(Slot::A), None)
-        );
+        sound(&desktop, Some(Slot::A));
         // The start that did not find B enabled nothing, and nothing has changed that since.
         assert!(!status(&mut desktop).enabled);
         ask(&mut desktop, &Request::EnableAtStart(true));
@@ -306,15 +276,9 @@ fn an_upload_over_what_was_lost_lets_nothing_of_another_machine_in() {
     desktop.turn(1);
     ask(&mut desktop, &Request::EnableAtStart(true));
     desktop = desktop.restart();
-    assert_eq!(
-        (active(&desktop), status(&mut desktop).enabled),
-        (Some(Slot::B), true)
-    );
+    is(&mut desktop, Some(Slot::B), true);
     desktop = lose_and_begin(desktop, Slot::B);
-    assert_eq!(
-        (active(&desktop), status(&mut desktop).enabled),
-        (Some(Slot::A), false)
-    );
+    is(&mut desktop, Some(Slot::A), false);
 }
 
 /// A bit flips in the compensation in use. At the next start an upload into its slot is only begun, which erases the
@@ -323,13 +287,7 @@ fn lose_and_begin(desktop: Desktop, lost: Slot) -> Desktop {
     let mut flash = desktop.stop();
     flash.flip(lost, 800);
     let mut desktop = Desktop::start(flash, PERIOD);
-    let (length, crc) = announced(&blob("m", b"XY", 0.3));
-    while !matches!(
-        ask(&mut desktop, &Request::Begin { length, crc }),
-        Reply::Upload(Upload::Receiving { .. })
-    ) {
-        desktop.turn(1);
-    }
+    receiving(&mut desktop, &blob("m", b"XY", 0.3));
     desktop.restart()
 }
 
@@ -350,23 +308,18 @@ fn of_another_machine_nothing_is_let_in_by_itself() {
         }
         assert!(!at_start(&mut desktop).enable);
         desktop = desktop.restart();
-        assert_eq!(
-            (active(&desktop), status(&mut desktop).enabled),
-            (Some(Slot::A), false)
-        );
+        is(&mut desktop, Some(Slot::A), false);
     }
 }
 
 #[test]
 fn what_cannot_be_stored_is_refused_in_words() {
     let enable = Request::EnableAtStart(true);
-    let mut desktop = Desktop::start(flash(WhileBusy::Standstill), PERIOD);
-    let refused = Reply::Refused(Refusal::NoCompensation);
-    assert_eq!(ask(&mut desktop, &enable), refused);
+    let mut desktop = fresh(WhileBusy::Standstill);
+    refuses(&mut desktop, &enable, Refusal::NoCompensation);
     let mut desktop = both(WhileBusy::Standstill);
     desktop.standstill.set(false);
-    let refused = Reply::Refused(Refusal::NotStandstill);
-    assert_eq!(ask(&mut desktop, &enable), refused);
+    refuses(&mut desktop, &enable, Refusal::NotStandstill);
     // An unchanged setting needs no flash.
     let off = ask(&mut desktop, &Request::EnableAtStart(false));
     assert!(matches!(off, Reply::AtStart(_)));
@@ -374,7 +327,7 @@ fn what_cannot_be_stored_is_refused_in_words() {
     let third = blob("m", b"XY", 0.3);
     let (length, crc) = announced(&third);
     ask(&mut desktop, &Request::Begin { length, crc });
-    assert_eq!(ask(&mut desktop, &enable), Reply::Refused(Refusal::Busy));
+    refuses(&mut desktop, &enable, Refusal::Busy);
     ask(&mut desktop, &Request::Abort);
     // Until there is no more room, which is reported; an upload then makes room.
     let mut on = false;
@@ -394,9 +347,8 @@ fn what_cannot_be_stored_is_refused_in_words() {
 
 #[test]
 fn weights_come_with_their_limits() {
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
-    let refused = Reply::Refused(Refusal::NoCompensation);
-    assert_eq!(ask(&mut desktop, &Request::Weights), refused);
+    let mut desktop = fresh(WhileBusy::DualBank);
+    refuses(&mut desktop, &Request::Weights, Refusal::NoCompensation);
     flashed(&mut desktop, &blob("m", b"XY", 0.1));
     let value = -0.25;
     ask(&mut desktop, &Request::SetWeight { term: 1, value });

@@ -18,19 +18,9 @@ fn activate(desktop: &mut Desktop, slot: Slot) {
     }
 }
 
-fn begin(desktop: &mut Desktop, blob: &[u8]) -> Reply<'static> {
-    let (length, crc) = announced(blob);
-    ask(desktop, &Request::Begin { length, crc })
-}
-
 /// An upload begun, erased, and its first 64 bytes written.
 fn begun(desktop: &mut Desktop, blob: &[u8]) {
-    while !matches!(
-        begin(desktop, blob),
-        Reply::Upload(Upload::Receiving { .. })
-    ) {
-        desktop.turn(1);
-    }
+    receiving(desktop, blob);
     let bytes = &blob[..64];
     let written = ask(desktop, &Request::Chunk { offset: 0, bytes });
     assert!(matches!(
@@ -43,7 +33,7 @@ fn begun(desktop: &mut Desktop, blob: &[u8]) {
 fn of_two_hosts_that_upload_the_second_one_is_refused_until_the_first_one_has_died() {
     for while_busy in [WhileBusy::DualBank, WhileBusy::Standstill] {
         let [first, second] = [0.1, 0.2].map(|scale| blob("m", b"XY", scale));
-        let mut desktop = Desktop::start(flash(while_busy), PERIOD);
+        let mut desktop = fresh(while_busy);
         begun(&mut desktop, &first);
         let refused = |wait| Reply::Refused(Refusal::Uploading { wait });
         assert_eq!(begin(&mut desktop, &second), refused(GIVEN_UP));
@@ -68,11 +58,9 @@ fn of_two_hosts_that_upload_the_second_one_is_refused_until_the_first_one_has_di
 #[test]
 fn a_host_that_dies_while_the_corrections_go_to_zero_or_the_machine_moves_does_no_harm() {
     let [first, second, third] = [0.1, 0.2, 0.3].map(|scale| blob("m", b"XY", scale));
-    let mut desktop = Desktop::start(flash(WhileBusy::Standstill), PERIOD);
+    let mut desktop = fresh(WhileBusy::Standstill);
     flashed(&mut desktop, &first);
-    for request in [Request::Referenced(3), Request::Enable(true)] {
-        ask(&mut desktop, &request);
-    }
+    let_in(&mut desktop);
     settle(&mut desktop);
     assert_eq!(begin(&mut desktop, &second), Reply::Upload(Upload::Ramping));
     let refused = Reply::Refused(Refusal::Uploading { wait: GIVEN_UP });
@@ -97,7 +85,7 @@ fn a_host_that_dies_while_the_corrections_go_to_zero_or_the_machine_moves_does_n
 #[test]
 fn what_a_dead_host_has_sent_is_not_erased_for_the_next_one_with_the_same() {
     let blob = blob("m", b"XY", 0.1);
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let mut desktop = fresh(WhileBusy::DualBank);
     begun(&mut desktop, &blob);
     pass(&mut desktop, GIVEN_UP + 1);
     assert_eq!(status(&mut desktop).upload, Upload::None);
@@ -109,11 +97,9 @@ fn what_a_dead_host_has_sent_is_not_erased_for_the_next_one_with_the_same() {
 #[test]
 fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
     let [first, second] = [0.1, 0.2].map(|scale| blob("m", b"XY", scale));
-    let mut desktop = Desktop::start(flash(WhileBusy::Standstill), PERIOD);
+    let mut desktop = fresh(WhileBusy::Standstill);
     flashed(&mut desktop, &first);
-    for request in [Request::Referenced(3), Request::Enable(true)] {
-        ask(&mut desktop, &request);
-    }
+    let_in(&mut desktop);
     settle(&mut desktop);
     let suspended = |desktop: &Desktop| desktop.servo.lock(|side| side.is_suspended());
     let factor = |desktop: &Desktop| desktop.servo.lock(|side| side.servo().factor());
@@ -172,7 +158,7 @@ fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
 
 #[test]
 fn a_length_that_no_slot_holds_is_refused_whatever_the_machine_does() {
-    let mut desktop = Desktop::start(flash(WhileBusy::Standstill), PERIOD);
+    let mut desktop = fresh(WhileBusy::Standstill);
     desktop.standstill.set(false);
     let held = desktop.device.slots().capacity();
     let header = trueaxis::HEADER as u32;
@@ -183,7 +169,7 @@ fn a_length_that_no_slot_holds_is_refused_whatever_the_machine_does() {
             Refusal::TooLong { held }
         };
         let begin = Request::Begin { length, crc: 1 };
-        assert_eq!(ask(&mut desktop, &begin), Reply::Refused(refused));
+        refuses(&mut desktop, &begin, refused);
     }
 }
 
@@ -193,7 +179,7 @@ fn erases_are_within_a_budget_for_each_hour() {
         .map(|number| blob("m", b"XY", 0.1 + 0.1 * number as f32))
         .collect();
     for while_busy in [WhileBusy::DualBank, WhileBusy::Standstill] {
-        let mut desktop = Desktop::start(flash(while_busy), PERIOD);
+        let mut desktop = fresh(while_busy);
         for (number, blob) in (0..ERASES_PER_HOUR).zip(blobs.iter().cycle()) {
             assert!(
                 matches!(upload(&mut desktop, blob, true), Reply::Upload(_)),

@@ -26,35 +26,14 @@ impl Clock for Costs<'_> {
     }
 }
 
-/// Always gives this command.
-struct Source(Option<Command<[f32; 8]>>);
-
-impl PositionSource<[f32; 8]> for Source {
-    fn take(&mut self) -> Option<Command<[f32; 8]>> {
-        self.0
-    }
-}
-
-/// Keeps the last correction.
-#[derive(Default)]
-struct Sink(Vec<Correction<[f32; 8]>>);
-
-impl CorrectionSink<[f32; 8]> for Sink {
-    fn give(&mut self, correction: &Correction<[f32; 8]>, _: bool) {
-        self.0.push(*correction);
-    }
-}
-
 fn at(y: f32) -> Command<[f32; 8]> {
     Command::new([0.0, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 3)
 }
 
 fn started(scale: f32) -> Desktop {
-    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let mut desktop = fresh(WhileBusy::DualBank);
     flashed(&mut desktop, &blob("m", b"XY", scale));
-    for request in [Request::Referenced(3), Request::Enable(true)] {
-        assert_eq!(ask(&mut desktop, &request), Reply::Done);
-    }
+    let_in(&mut desktop);
     desktop
 }
 
@@ -67,11 +46,7 @@ fn the_limits_are_counted_per_axis_as_the_servo_reports_them() {
     for batch in 0..400 {
         if batch == 300 {
             // Only X from here on.
-            let request = Request::SetWeight {
-                term: 1,
-                value: 0.0,
-            };
-            assert_eq!(ask(&mut desktop, &request), Reply::Done);
+            weigh(&mut desktop, 0.0);
         }
         let [x, y] = match batch {
             0..100 => [0.0, -50.0],
@@ -238,9 +213,7 @@ fn another_compensation_finds_the_settings_and_no_stale_auxiliary() {
     };
     let force = Request::Activate { slot, force: true };
     ask(&mut desktop, &force);
-    while desktop.device.activation() != Activation::Active(Some(slot)) {
-        desktop.turn(1);
-    }
+    await_active(&mut desktop, Some(slot));
     let report = status(&mut desktop);
     assert_eq!(report.auxiliaries[0], 150.0);
     assert!(report.auxiliaries[1].is_nan(), "not measured yet");
@@ -262,9 +235,10 @@ fn another_compensation_finds_the_settings_and_no_stale_auxiliary() {
     assert_eq!(report.auxiliaries.as_slice(), [80.0, 2.5]);
     assert_eq!(desktop.device.hello(1).auxiliaries, 2);
     for length in [f32::NAN, f32::INFINITY] {
-        assert_eq!(
-            ask(&mut desktop, &Request::ToolLength(length)),
-            Reply::Refused(Refusal::NotFinite)
+        refuses(
+            &mut desktop,
+            &Request::ToolLength(length),
+            Refusal::NotFinite,
         );
     }
 }
@@ -369,11 +343,7 @@ fn a_dry_run_computes_and_gives_nothing() {
 fn a_correction_that_happens_to_be_zero_is_not_at_rest() {
     // Both terms have zero weight.
     let mut desktop = started(0.0);
-    let request = Request::SetWeight {
-        term: 1,
-        value: 0.0,
-    };
-    assert_eq!(ask(&mut desktop, &request), Reply::Done);
+    weigh(&mut desktop, 0.0);
     for _ in 0..200 {
         moved(&mut desktop, &[[0.0, -100.0]; 8]);
     }

@@ -23,10 +23,7 @@ fn a_word_that_reads_blank_and_refuses_programming_is_mended_by_an_erase() {
     let blobs = blobs(3, 40);
     for byte in (0..8 * 128).step_by(8) {
         let mut slots = Slots::open(MockFlash::<8, 128>::new(8));
-        for blob in &blobs[..2] {
-            let slot = upload(&mut slots, blob, 64);
-            slots.set_active(Some(slot));
-        }
+        fill(&mut slots, &blobs[..2]);
         let mut flash = slots.close();
         flash.set_defect(Slot::A, byte, Defect::UntilErased);
         let mut slots = Slots::open(flash);
@@ -69,10 +66,7 @@ fn with_defect<const W: usize, const E: usize>(
     defect: Defect,
 ) -> MockFlash<W, E> {
     let mut slots = Slots::open(MockFlash::<W, E>::new(blocks));
-    for blob in &blobs[..2] {
-        let slot = upload(&mut slots, blob, 64);
-        slots.set_active(Some(slot));
-    }
+    fill(&mut slots, &blobs[..2]);
     let mut flash = slots.close();
     flash.set_defect(Slot::A, byte, defect);
     flash

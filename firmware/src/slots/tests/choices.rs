@@ -50,6 +50,28 @@ fn what_was_never_chosen_is_not_taken_by_a_start() {
 }
 
 #[test]
+fn where_the_one_in_use_is_damaged_the_one_before_it_is_used() {
+    let blobs = blobs(2, 40);
+    let mut slots = open();
+    fill(&mut slots, &blobs);
+    enable(&mut slots, true).expect("room");
+    let mut flash = slots.close();
+    flash.flip(Slot::B, 800);
+    let mut slots = restart(Slots::open(flash));
+    assert_eq!((slots.active(), slots.in_use()), (Some(Slot::A), None));
+    // An upload erases it; before that, the one used in its place is stored as the one in use, in its slot. This start
+    // has enabled nothing, and neither does the next one, because the slot may be of another machine.
+    let known = slots.choice();
+    begin(&mut slots, &blobs[1]).expect("room");
+    let stays = Choice {
+        in_use: known.before,
+        before: None,
+        enable: false,
+    };
+    assert_eq!(restart(slots).choice(), stays);
+}
+
+#[test]
 fn a_rollback_lasts_and_what_takes_its_place_is_known() {
     let blobs = blobs(3, 40);
     let mut slots = open();
@@ -74,38 +96,11 @@ fn a_rollback_lasts_and_what_takes_its_place_is_known() {
 }
 
 #[test]
-fn where_the_one_in_use_is_damaged_the_one_before_it_is_used() {
-    let blobs = blobs(2, 40);
-    let mut slots = open();
-    for blob in &blobs {
-        let slot = upload(&mut slots, blob, 64);
-        slots.set_active(Some(slot));
-    }
-    enable(&mut slots, true).expect("room");
-    let mut flash = slots.close();
-    flash.flip(Slot::B, 800);
-    let mut slots = restart(Slots::open(flash));
-    assert_eq!((slots.active(), slots.in_use()), (Some(Slot::A), None));
-    // An upload erases it; before that, the one used in its place is stored as the one in use, in its slot. This start
-    // has enabled nothing, and neither does the next one, because the slot may be of another machine.
-    let known = slots.choice();
-    let Header { length, crc } = Header::read(&blobs[1]).expect("a blob");
-    slots.begin(length, crc).expect("room");
-    let stays = Choice {
-        in_use: known.before,
-        before: None,
-        enable: false,
-    };
-    assert_eq!(restart(slots).choice(), stays);
-}
-
-#[test]
 fn what_is_active_and_not_stored_stays_in_use_and_lets_nothing_in_where_an_upload_erases_the_rest()
 {
     let blobs = blobs(3, 40);
     let mut slots = open();
-    let first = upload(&mut slots, &blobs[0], 64);
-    slots.set_active(Some(first));
+    let first = fill(&mut slots, [&blobs[0]]);
     enable(&mut slots, true).expect("room");
     // Activated, perhaps by force, and not stored: there may have been no room, or no standstill.
     let second = commit(&mut slots, &blobs[1]);
@@ -115,8 +110,7 @@ fn what_is_active_and_not_stored_stays_in_use_and_lets_nothing_in_where_an_uploa
         in_use: slots.choosing(second).in_use,
         ..Choice::default()
     };
-    let Header { length, crc } = Header::read(&blobs[2]).expect("a blob");
-    slots.begin(length, crc).expect("room");
+    begin(&mut slots, &blobs[2]).expect("room");
     slots.erase_step().expect("power");
     slots = restart(slots);
     assert_eq!((slots.choice(), slots.active()), (stays, Some(second)));
@@ -126,8 +120,7 @@ fn what_is_active_and_not_stored_stays_in_use_and_lets_nothing_in_where_an_uploa
 fn choices_are_counted_and_the_last_place_is_kept_for_an_upload() {
     let [first, second] = [blob(1, 40), blob(2, 40)];
     let mut slots = open();
-    let slot = upload(&mut slots, &first, 64);
-    slots.set_active(Some(slot));
+    let slot = fill(&mut slots, [&first]);
     // Between blob and trailer, except the place of the choice itself.
     let lines = (first.len()).next_multiple_of(32);
     let left = (12 * 128 - 128 - lines) / 64 - 1;
@@ -148,8 +141,7 @@ fn choices_are_counted_and_the_last_place_is_kept_for_an_upload() {
     assert_eq!(slots.choice(), stored);
     assert_eq!(slots.blob(slot), Some(&*first));
     // An upload makes room and carries over the stored settings.
-    let other = upload(&mut slots, &second, 64);
-    slots.set_active(Some(other));
+    fill(&mut slots, [&second]);
     assert_eq!(slots.choice().enable, stored.enable);
     assert_eq!(enable(&mut slots, !stored.enable), Ok(()));
 }
@@ -189,8 +181,7 @@ fn every_bit_of_a_choice_may_flip_and_every_line_may_be_lost() {
     for code in [false, true] {
         let flash = MockFlash::<32, 128>::new(12);
         let mut slots = Slots::open(if code { flash.with_code() } else { flash });
-        let old = upload(&mut slots, &first, 64);
-        slots.set_active(Some(old));
+        fill(&mut slots, [&first]);
         let slot = upload(&mut slots, &second, 64);
         let choice = slots.choice();
         slots
@@ -232,8 +223,7 @@ fn a_choice_stalls_a_servo_only_where_it_reads_the_same_bank() {
         let flash = MockFlash::<8, 128>::new(12).with_while_busy(while_busy);
         let mut slots = Slots::open(flash);
         slots.set_standstill(true);
-        let slot = upload(&mut slots, &first, 64);
-        slots.set_active(Some(slot));
+        fill(&mut slots, [&first]);
         let other = commit(&mut slots, &second);
         slots.set_standstill(false);
         let spent = slots.flash().spent();
@@ -272,8 +262,7 @@ fn an_upload_over_what_was_lost_chooses_nothing() {
         assert!(choice.enable && choice.in_use.is_some());
         // A slot without a blob holds no choice either.
         let untouched = slots.state(Slot::B);
-        let Header { length, crc } = Header::read(&blob(3, 40)).expect("a blob");
-        slots.begin(length, crc).expect("room");
+        begin(&mut slots, &blob(3, 40)).expect("room");
         assert_eq!(slots.upload().map(|upload| upload.slot), Some(Slot::A));
         assert_eq!(slots.choice(), choice);
         let slots = restart(slots);
@@ -285,15 +274,12 @@ fn an_upload_over_what_was_lost_chooses_nothing() {
 
 #[test]
 fn a_begin_stalls_the_servo_only_where_it_first_saves_a_choice_in_its_bank() {
-    let [first, second] = [blob(1, 40), blob(2, 40)];
+    let both = [blob(1, 40), blob(2, 40)];
     let stalls = |while_busy, used| {
         let flash = MockFlash::<8, 128>::new(12).with_while_busy(while_busy);
         let mut slots = Slots::open(flash);
         slots.set_standstill(true);
-        for blob in [&first, &second] {
-            let slot = upload(&mut slots, blob, 64);
-            slots.set_active(Some(slot));
-        }
+        fill(&mut slots, &both);
         // The newest choice is in B.
         slots.set_active(Some(used));
         slots.begin_stalls()
@@ -307,16 +293,13 @@ fn a_begin_stalls_the_servo_only_where_it_first_saves_a_choice_in_its_bank() {
 
 #[test]
 fn a_choice_that_the_power_cuts_is_the_old_or_the_new_one() {
-    let [first, second] = [blob(1, 40), blob(2, 40)];
+    let both = [blob(1, 40), blob(2, 40)];
     for code in [false, true] {
         let mut kept = [0; 2];
         for fuel in 1..=64 {
             let flash = MockFlash::<16, 128>::new(12);
             let mut slots = Slots::open(if code { flash.with_code() } else { flash });
-            for blob in [&first, &second] {
-                let slot = upload(&mut slots, blob, 64);
-                slots.set_active(Some(slot));
-            }
+            fill(&mut slots, &both);
             let old = slots.choice();
             let new = Choice {
                 enable: true,
@@ -346,10 +329,7 @@ fn a_choice_that_the_power_cuts_is_the_old_or_the_new_one() {
 fn the_numbers_of_choices_go_on_across_the_wrap() {
     let blobs = blobs(2, 40);
     let mut slots = open();
-    for blob in &blobs {
-        let slot = upload(&mut slots, blob, 64);
-        slots.set_active(Some(slot));
-    }
+    fill(&mut slots, &blobs);
     // The newest choice of each slot gets a number just before the wrap.
     let at = 12 * 128 - 128 - 64;
     let (a, b) = (slots.choosing(Slot::A), slots.choosing(Slot::B));
@@ -372,8 +352,7 @@ fn a_choice_of_which_the_power_has_left_one_half_is_stored_again() {
     let mut halved = 0;
     for fuel in 1..=64 {
         let mut slots = open();
-        let slot = upload(&mut slots, &blobs[0], 64);
-        slots.set_active(Some(slot));
+        fill(&mut slots, [&blobs[0]]);
         let slot = commit(&mut slots, &blobs[1]);
         let choice = slots.choosing(slot);
         slots.flash.set_fuel(Some(fuel));
@@ -411,8 +390,7 @@ fn a_choice_goes_to_the_next_place_where_a_word_of_the_first_fails() {
     for defect in Defect::ALL {
         for byte in (0..128).step_by(8) {
             let mut slots = open();
-            let slot = upload(&mut slots, &first, 64);
-            slots.set_active(Some(slot));
+            let slot = fill(&mut slots, [&first]);
             let mut flash = slots.close();
             flash.set_defect(slot, 12 * 128 - 128 - 192 + byte, defect);
             slots = restart(Slots::open(flash));
@@ -429,8 +407,7 @@ fn a_choice_goes_to_the_next_place_where_a_word_of_the_first_fails() {
 #[test]
 fn two_places_that_fail_are_named_and_what_was_stored_holds() {
     let mut slots = open();
-    let slot = upload(&mut slots, &blob(1, 40), 64);
-    slots.set_active(Some(slot));
+    let slot = fill(&mut slots, [&blob(1, 40)]);
     let stored = slots.choice();
     let end = 12 * 128 - 128 - 64;
     for byte in (end - 128..end).step_by(8) {
@@ -444,8 +421,7 @@ fn two_places_that_fail_are_named_and_what_was_stored_holds() {
     }
     // Its next upload erases all of it; the block that never worked is reported again once it is needed.
     slots.set_active(None);
-    let other = upload(&mut slots, &blob(2, 40), 64);
-    slots.set_active(Some(other));
+    fill(&mut slots, [&blob(2, 40)]);
     assert_eq!(commit(&mut slots, &blob(3, 40)), slot);
     assert_eq!(slots.flash().erases(slot), [2; 12]);
 }
@@ -453,8 +429,7 @@ fn two_places_that_fail_are_named_and_what_was_stored_holds() {
 /// Enables corrections with `places` left beside a choice, the next of which has a defect in both halves.
 fn enabled_beside_a_bad_place(places: usize) -> (Result<(), SlotError>, Small) {
     let mut slots = open();
-    let slot = upload(&mut slots, &blob(1, 40), 64);
-    slots.set_active(Some(slot));
+    let slot = fill(&mut slots, [&blob(1, 40)]);
     let room = slots.places_left(slot);
     let mut on = false;
     while slots.places_left(slot) > places {
@@ -488,8 +463,7 @@ fn the_last_place_is_kept_where_the_one_before_it_fails() {
 #[test]
 fn one_half_of_a_choice_is_enough_where_no_place_takes_both() {
     let mut slots = open();
-    let slot = upload(&mut slots, &blob(1, 40), 64);
-    slots.set_active(Some(slot));
+    let slot = fill(&mut slots, [&blob(1, 40)]);
     for place in 2..4 {
         let at = 12 * 128 - 128 - 64 * place;
         slots.flash.set_defect(slot, at, Defect::Refuses);

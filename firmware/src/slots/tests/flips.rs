@@ -8,8 +8,7 @@ use crate::slots::{Damage, SlotState};
 fn every_flip_in_a_small_blob_or_behind_it_is_found() {
     let blobs = blobs(2, 40);
     let mut slots = Slots::open(MockFlash::<4, 128>::new(8));
-    let slot = upload(&mut slots, &blobs[0], 64);
-    slots.set_active(Some(slot));
+    let slot = fill(&mut slots, [&blobs[0]]);
     assert_eq!(upload(&mut slots, &blobs[1], 64), slot.other());
     let newest = slot.other();
     let mut flash = slots.close();
@@ -94,28 +93,10 @@ fn sampled_flips_in_a_large_blob_are_found() {
 }
 
 #[test]
-fn a_flip_while_running_is_found_by_a_rescan() {
-    let blob = blob(0, 40);
-    let mut slots = Slots::open(MockFlash::<4, 768>::new(1));
-    let slot = upload(&mut slots, &blob, 64);
-    let mut flash = slots.close();
-    flash.flip(slot, 8 * 100);
-    let mut slots = Slots::open(flash);
-    assert!(!slots.rescan(slot).is_valid());
-    let mut flash = slots.close();
-    flash.flip(slot, 8 * 100);
-    let mut slots = Slots::open(flash);
-    assert!(slots.rescan(slot).is_valid());
-}
-
-#[test]
 fn a_damaged_newest_that_recovers_does_not_win_over_what_came_later() {
     let blobs = blobs(3, 40);
     let mut slots = Slots::open(MockFlash::<4, 768>::new(1));
-    for blob in &blobs[..2] {
-        let slot = upload(&mut slots, blob, 64);
-        slots.set_active(Some(slot));
-    }
+    fill(&mut slots, &blobs[..2]);
     let damaged = slots.newest().expect("two blobs");
     let mut flash = slots.close();
     flash.flip(damaged, 8 * 100);
@@ -138,8 +119,7 @@ fn a_damaged_newest_that_recovers_does_not_win_over_what_came_later() {
 fn a_word_that_cannot_be_read_is_an_answer_wherever_it_is() {
     let blobs = blobs(2, 40);
     let mut slots = Slots::open(MockFlash::<16, 128>::new(8).with_code());
-    let old = upload(&mut slots, &blobs[0], 64);
-    slots.set_active(Some(old));
+    let old = fill(&mut slots, [&blobs[0]]);
     let newest = upload(&mut slots, &blobs[1], 64);
     let mut flash = slots.close();
     let length = flash.bytes(newest).len();
@@ -171,9 +151,7 @@ fn an_upload_goes_through_whichever_word_in_its_way_cannot_be_read() {
     let blobs = blobs(2, 40);
     for word in (0..8 * 128).step_by(16) {
         let mut slots = Slots::open(MockFlash::<16, 128>::new(8).with_code());
-        let Header { length, crc } = Header::read(&blobs[0]).expect("a blob");
-        slots.begin(length, crc).expect("room");
-        while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
+        erased(&mut slots, &blobs[0]);
         slots.write(0, &blobs[0][..100]).expect("power");
         let mut flash = slots.close();
         flash.flip(Slot::A, 8 * word);
@@ -195,9 +173,7 @@ fn an_upload_goes_through_whichever_word_in_its_way_cannot_be_read() {
 fn what_came_before_and_cannot_be_read_again_is_no_conflict_but_a_fault() {
     let blob = blob(1, 40);
     let mut slots = Slots::open(MockFlash::<16, 128>::new(8).with_code());
-    let Header { length, crc } = Header::read(&blob).expect("a blob");
-    slots.begin(length, crc).expect("room");
-    while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
+    erased(&mut slots, &blob);
     slots.write(0, &blob[..100]).expect("power");
     slots.flash.flip(Slot::A, 8 * 40);
     assert_eq!(slots.write(0, &blob[..20]), Ok(100));

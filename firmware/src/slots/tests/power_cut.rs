@@ -21,9 +21,11 @@ fn cycle<const W: usize, const E: usize>(
 }
 
 /// Uploads three blobs, with a cut after each byte that is erased or programmed.
-fn cut_everywhere<const W: usize, const E: usize>(blocks: usize, cut_erase: CutErase) {
-    for code in [false, true] {
-        cut_with::<W, E>(blocks, cut_erase, code);
+fn cut_everywhere<const W: usize, const E: usize>(blocks: usize) {
+    for cut_erase in CUTS {
+        for code in [false, true] {
+            cut_with::<W, E>(blocks, cut_erase, code);
+        }
     }
 }
 
@@ -111,37 +113,27 @@ const CUTS: [CutErase; 4] = [
 
 #[test]
 fn a_cut_at_any_byte_leaves_one_complete_blob_bytes() {
-    for cut in CUTS {
-        cut_everywhere::<1, 128>(5, cut);
-    }
+    cut_everywhere::<1, 128>(5);
 }
 
 #[test]
 fn a_cut_at_any_byte_leaves_one_complete_blob_words() {
-    for cut in CUTS {
-        cut_everywhere::<4, 64>(10, cut);
-    }
+    cut_everywhere::<4, 64>(10);
 }
 
 #[test]
 fn a_cut_at_any_byte_leaves_one_complete_blob_double_words() {
-    for cut in CUTS {
-        cut_everywhere::<8, 512>(2, cut);
-    }
+    cut_everywhere::<8, 512>(2);
 }
 
 #[test]
 fn a_cut_at_any_byte_leaves_one_complete_blob_flash_words_of_32() {
-    for cut in CUTS {
-        cut_everywhere::<32, 32>(20, cut);
-    }
+    cut_everywhere::<32, 32>(20);
 }
 
 #[test]
 fn a_cut_at_any_byte_leaves_one_complete_blob_one_block_per_slot() {
-    for cut in CUTS {
-        cut_everywhere::<16, 640>(1, cut);
-    }
+    cut_everywhere::<16, 640>(1);
 }
 
 #[test]

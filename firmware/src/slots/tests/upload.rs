@@ -1,17 +1,18 @@
 //! Uploads step by step.
 
+use std::boxed::Box;
+
 use super::*;
+use crate::mirror::{Memory, Mirrored};
 use crate::mock_flash::{Defect, MockFlash};
-use crate::slots::{Damage, Health, SlotState};
+use crate::slots::{Damage, Health, SlotState, WhileBusy};
 
 type Small = Slots<MockFlash<8, 128>>;
 
 /// Erased and ready for the first byte.
 fn begun(blob: &[u8]) -> Small {
     let mut slots = Slots::open(MockFlash::new(6));
-    let Header { length, crc } = Header::read(blob).expect("a blob");
-    slots.begin(length, crc).expect("room");
-    while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
+    erased(&mut slots, blob);
     slots
 }
 
@@ -140,7 +141,7 @@ fn lengths_that_no_slot_holds_are_refused() {
 #[test]
 fn an_error_says_what_it_is_and_where() {
     let said = |error: SlotError| std::string::ToString::to_string(&error);
-    assert_eq!(said(SlotError::NoUpload), "no upload has begun");
+    assert_eq!(said(SlotError::NoUpload), "no upload is under way");
     let gap = SlotError::Gap { expected: 20 };
     assert_eq!(said(gap), "bytes are missing from 20 on");
     let error = SlotError::Blob(LoadError::BadChecksum);
@@ -168,8 +169,7 @@ fn a_blob_that_fills_the_slot_fits() {
 fn an_upload_never_touches_the_active_slot() {
     let blobs = blobs(4, 40);
     let mut slots = Slots::open(MockFlash::<4, 128>::new(6));
-    let first = upload(&mut slots, &blobs[0], 64);
-    slots.set_active(Some(first));
+    let first = fill(&mut slots, [&blobs[0]]);
     // Never made active, so each replaces the previous one.
     for blob in &blobs[1..] {
         let before = slots.flash().bytes(first).to_vec();
@@ -231,8 +231,7 @@ fn before_anything_is_erased_the_slot_says_so() {
         upload(&mut slots, blob, 64);
     }
     assert!(slots.state(Slot::A).is_valid());
-    let Header { length, crc } = Header::read(&blobs[2]).expect("a blob");
-    slots.begin(length, crc).expect("room");
+    begin(&mut slots, &blobs[2]).expect("room");
     let slots = Slots::open(slots.close());
     assert_eq!(slots.state(Slot::A), SlotState::Erasing);
     assert_eq!(slots.flash().erases(Slot::A), [1; 6]);
@@ -318,16 +317,14 @@ fn what_is_no_blob_or_another_is_not_committed() {
 fn an_aborted_upload_leaves_the_rest_usable() {
     let blobs = blobs(2, 40);
     let mut slots = Slots::open(MockFlash::<4, 128>::new(6));
-    let first = upload(&mut slots, &blobs[0], 64);
-    slots.set_active(Some(first));
-    let Header { length, crc } = Header::read(&blobs[1]).expect("a blob");
-    slots.begin(length, crc).expect("room");
+    let first = fill(&mut slots, [&blobs[0]]);
+    begin(&mut slots, &blobs[1]).expect("room");
     slots.abort();
     assert_eq!((slots.upload(), slots.newest()), (None, Some(first)));
     assert_eq!(attempt(&mut slots, &blobs[1], 64), Ok(first.other()));
     // Making a slot active ends an upload into it.
     slots.set_active(None);
-    slots.begin(length, crc).expect("room");
+    begin(&mut slots, &blobs[1]).expect("room");
     slots.set_active(slots.upload().map(|upload| upload.slot));
     assert_eq!(slots.upload(), None);
 }
@@ -335,51 +332,13 @@ fn an_aborted_upload_leaves_the_rest_usable() {
 #[test]
 fn a_driver_that_describes_impossible_slots_gets_no_upload() {
     // Nothing is written.
-    let mut slots = Slots::open(Crooked(MockFlash::new(6)));
+    let (flash, memory) = (MockFlash::<8, 128>::new(6), Memory::new());
+    let memory = Box::leak(Box::new(memory));
+    let crooked = Mirrored::<_, 736>::open(flash, [0, 768], WhileBusy::DualBank, memory);
+    let mut slots = Slots::open(crooked);
     assert_eq!(slots.capacity(), 0);
     assert_eq!(slots.begin(100, 1), Err(SlotError::Length { capacity: 0 }));
     assert_eq!(slots.state(Slot::A), SlotState::Damaged(Damage::Record));
-}
-
-/// A driver whose slots are not whole blocks.
-struct Crooked(MockFlash<8, 128>);
-
-impl embedded_storage::nor_flash::ErrorType for Crooked {
-    type Error = crate::mock_flash::MockError;
-}
-
-impl embedded_storage::nor_flash::ReadNorFlash for Crooked {
-    const READ_SIZE: usize = 1;
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        self.0.read(offset, bytes)
-    }
-    fn capacity(&self) -> usize {
-        self.0.capacity()
-    }
-}
-
-impl embedded_storage::nor_flash::NorFlash for Crooked {
-    const WRITE_SIZE: usize = 8;
-    const ERASE_SIZE: usize = 128;
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        self.0.erase(from, to)
-    }
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        self.0.write(offset, bytes)
-    }
-}
-
-impl TableFlash for Crooked {
-    fn range(&self, slot: Slot) -> core::ops::Range<u32> {
-        let range = self.0.range(slot);
-        range.start..range.end - 40
-    }
-    fn in_place(&self, slot: Slot, length: u32) -> crate::slots::Mapped {
-        self.0.in_place(slot, length)
-    }
-    fn while_busy(&self) -> crate::slots::WhileBusy {
-        self.0.while_busy()
-    }
 }
 
 #[test]
@@ -412,10 +371,7 @@ fn a_block_that_is_not_erased_is_named() {
 fn no_upload_begins_where_a_blob_is_leased() {
     let blobs = blobs(3, 40);
     let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
-    for blob in &blobs[..2] {
-        let slot = upload(&mut slots, blob, 64);
-        slots.set_active(Some(slot));
-    }
+    fill(&mut slots, &blobs[..2]);
     assert!(
         slots
             .lease(Slot::A)
@@ -447,8 +403,7 @@ fn no_upload_begins_where_a_blob_is_leased() {
     assert_eq!(attempt(&mut slots, &blobs[1], 64), leased);
     slots.set_active(Some(Slot::A));
     // Only valid slots can be leased.
-    let Header { length, crc } = Header::read(&blobs[0]).expect("a blob");
-    slots.begin(length, crc).expect("room");
+    begin(&mut slots, &blobs[0]).expect("room");
     assert!(slots.lease(Slot::B).is_none());
 }
 

@@ -160,14 +160,9 @@ impl Excerpt {
         let at = floor_char_boundary(text, span.start);
         let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
         let body = line(text, at);
-        let before = text[..start]
-            .lines()
-            .last()
-            .map(|line| cut(line.to_owned(), MOST_LINE));
-        let after = text[start..]
-            .lines()
-            .nth(1)
-            .map(|line| cut(line.to_owned(), MOST_LINE));
+        let neighbour = |line: &str| cut(line.to_owned(), MOST_LINE);
+        let before = text[..start].lines().last().map(neighbour);
+        let after = text[start..].lines().nth(1).map(neighbour);
 
         let at = (at - start).min(body.len());
         let end = floor_char_boundary(body, span.end.saturating_sub(start)).max(at);

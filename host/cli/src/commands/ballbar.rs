@@ -10,7 +10,7 @@ use super::bad_input::BadInput;
 use super::number::positive;
 use super::position_argument;
 use clap::{Args, Subcommand};
-use trueaxis_measure::ballbar::{BallBar, Hemisphere, PathPoint};
+use trueaxis_direct::ballbar::{BallBar, Hemisphere, PathPoint};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 

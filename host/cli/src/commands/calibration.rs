@@ -3,37 +3,35 @@
 //! The machine is moved by LinuxCNC or by its own controller; its corrections come from LinuxCNC's component or from a
 //! board. [`Site`] is any of these.
 
+mod on_site;
 mod site;
 
 pub use site::{Corrects, Errand, Moves, Site};
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::compile;
-use super::files::{self, MachineFiles, Text};
-use super::identify::{self, no_model};
+use super::files::{self, Text, quoted};
+use super::identify::no_model;
 use super::number::positive;
 use super::plan;
-use super::probing::asked;
 use super::probings::said;
 use super::qualify;
-use super::target;
 use super::touch_options::TouchOptions;
 use clap::Args;
+use on_site::OnSite;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::calibration::{
-    CalibratedMachine, Calibration, CalibrationEnd, CalibrationPlan, CalibrationPlanError,
-    CalibrationRefusal, CalibrationStep, ProbedRows, Question, Unchanged, Validated, usual_model,
-};
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::{self, Probings};
-use trueaxis_measure::identify::Model;
-use trueaxis_measure::plan::{Criterion, PlannedRows, Probe, Setup, Task};
-use trueaxis_measure::qualify::ProbePriors;
-use trueaxis_measure::spheres::{LogContents, read_log, to_probings};
-use trueaxis_measure::study::StudyOutcome;
+use trueaxis_identify::Model;
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::probings::{self, Probings};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_probing::plan::{Criterion, PlannedRows, Probe, Setup, Task};
+use trueaxis_probing::qualify::ProbePriors;
+use trueaxis_probing::spheres::{LogContents, read_log, to_probings};
+use trueaxis_study::calibration::{
+    Calibration, CalibrationEnd, CalibrationPlan, CalibrationPlanError, CalibrationStep, Unchanged,
+    usual_model,
+};
 
 /// What every calibration takes.
 #[derive(Args)]
@@ -93,12 +91,6 @@ pub struct CalibrationFiles<'a> {
     folder: PathBuf,
 }
 
-/// The machine at a site, and the files of its calibration.
-struct OnSite<'a, 's> {
-    files: &'a CalibrationFiles<'a>,
-    site: &'a mut Site<'s>,
-}
-
 impl<'a> CalibrationFiles<'a> {
     /// In a folder, which is made.
     pub fn new(options: &'a CalibrationOptions, folder: PathBuf) -> Result<Self, BadInput> {
@@ -112,12 +104,7 @@ impl<'a> CalibrationFiles<'a> {
                 "give --from probe, identify, compile or load to continue it, or another --folder",
             ));
         }
-        std::fs::create_dir_all(&folder).map_err(|error| {
-            BadInput::new(
-                format!("{}: cannot be made: {error}", folder.display()),
-                "give --folder a name in a folder that you may write to",
-            )
-        })?;
+        files::make_folder(&folder)?;
         let model = match &options.model {
             Some(given) => given.parse(),
             None => usual_model(&machine, &artefact),
@@ -179,20 +166,21 @@ impl<'a> CalibrationFiles<'a> {
         self.file(name).display().to_string()
     }
 
-    /// Shows the command that would do by itself what comes next.
-    fn show(&self, words: &[String]) -> Result<(), BadInput> {
-        let quoted = |word: &String| match word.contains(char::is_whitespace) {
-            true => format!("'{word}'"),
-            false => word.clone(),
-        };
-        let shown: Vec<String> = words.iter().map(quoted).collect();
-        files::print(&format!("\n$ trueaxis {}\n", shown.join(" ")))
+    /// A file of the folder, in a command.
+    fn word(&self, name: &str) -> String {
+        quoted(self.text(name))
+    }
+
+    /// Shows the command that would do by itself what comes next with the machine file.
+    fn show(&self, command: &str, words: &str) -> Result<(), BadInput> {
+        let machine = quoted(self.options.machine.display());
+        files::print(&format!("\n$ trueaxis {command} {machine} {words}\n"))
     }
 
     /// Plans, and writes what is to be probed.
     fn plan(&self) -> Result<(), BadInput> {
         let (options, machine) = (self.options, &self.machine);
-        self.show(&self.words_of_plan())?;
+        self.show("plan", &self.words_of_plan())?;
         let setup = Setup {
             balls: plan::known_balls(&self.artefact, &options.artefact)?,
             ..self.setup()?
@@ -229,28 +217,22 @@ impl<'a> CalibrationFiles<'a> {
         write("validation.csv", &rows.validation)
     }
 
-    fn words_of_plan(&self) -> Vec<String> {
+    fn words_of_plan(&self) -> String {
         let options = self.options;
-        let path = |path: &Path| path.display().to_string();
-        let mut words = vec!["plan".to_owned(), path(&options.machine)];
-        let mut add = |name: &str, value: String| words.extend([name.to_owned(), value]);
-        add("--artefact", path(&options.artefact));
-        add("--model", self.model.to_string());
-        if let Some(probings) = options.probings {
-            add("--probings", probings.to_string());
+        let artefact = quoted(options.artefact.display());
+        let mut words = format!("--artefact {artefact} --model {}", quoted(&self.model));
+        let given = [
+            ("--probings", options.probings.map(|n| n.to_string())),
+            ("--minutes", options.minutes.map(|n| n.to_string())),
+            ("--indexings", options.indexings.clone()),
+        ];
+        let given = given
+            .into_iter()
+            .filter_map(|(name, value)| Some((name, value?)));
+        for (name, value) in given.chain(options.touching.words()) {
+            words += &format!(" {name} {}", quoted(value));
         }
-        if let Some(minutes) = options.minutes {
-            add("--minutes", minutes.to_string());
-        }
-        if let Some(indexings) = &options.indexings {
-            add("--indexings", indexings.clone());
-        }
-        for (name, value) in options.touching.words() {
-            add(name, value);
-        }
-        add("-o", self.text("plan.csv"));
-        words.push("--keep-clear".to_owned());
-        words
+        words + &format!(" -o {} --keep-clear", self.word("plan.csv"))
     }
 
     /// The file of the qualified probe, if there is one.
@@ -292,16 +274,11 @@ impl<'a> CalibrationFiles<'a> {
 
     fn qualify(&self) -> Result<(), BadInput> {
         let diameter = self.options.touching.ball_diameter().unwrap_or(0.0);
-        let words = [
+        let (ball, probe) = (self.word("ball.csv"), self.word("probe.toml"));
+        self.show(
             "qualify",
-            &self.options.machine.display().to_string(),
-            &self.text("ball.csv"),
-            "--ball-diameter",
-            &diameter.to_string(),
-            "-o",
-            &self.text("probe.toml"),
-        ];
-        self.show(&words.map(str::to_owned))?;
+            &format!("{ball} --ball-diameter {diameter} -o {probe}"),
+        )?;
         let known = ProbePriors {
             radius: diameter / 2.0,
             radius_uncertainty: 0.0,
@@ -318,54 +295,37 @@ impl<'a> CalibrationFiles<'a> {
 
     /// Shows the command that makes probings of the touches, and makes them.
     fn probings(&self) -> Result<Probings, BadInput> {
-        let mut words: Vec<String> = [
+        let [touches, plan, made] =
+            ["touches.csv", "plan.csv", "probings.csv"].map(|name| self.word(name));
+        let probe = self.words_of_probe();
+        self.show(
             "probings",
-            &self.options.machine.display().to_string(),
-            &self.text("touches.csv"),
-            "--plan",
-            &self.text("plan.csv"),
-            "-o",
-            &self.text("probings.csv"),
-        ]
-        .map(str::to_owned)
-        .into();
-        words.extend(self.words_of_probe());
-        self.show(&words)?;
+            &format!("{touches} --plan {plan} -o {made}{probe}"),
+        )?;
         let found = self.touched("plan.csv", "touches.csv")?;
         let output = self.file("probings.csv");
         let csv = probings::write(&found.probings, &self.machine);
         files::write(&output, csv.as_bytes())?;
         let said = said(&found, false);
         files::print(&format!("{}: {said}", output.display()))?;
-        self.show(&self.words_of_identify())?;
+        let accept = if self.options.accept_places {
+            " --accept-places"
+        } else {
+            ""
+        };
+        let words = format!(
+            "{made} --model {} --artefact {} -o {}{probe}{accept}",
+            quoted(&self.model),
+            quoted(self.options.artefact.display()),
+            self.word("errors.toml")
+        );
+        self.show("identify", &words)?;
         self.measured()
     }
 
-    fn words_of_identify(&self) -> Vec<String> {
-        let options = self.options;
-        let mut words: Vec<String> = [
-            "identify",
-            &options.machine.display().to_string(),
-            &self.text("probings.csv"),
-            "--model",
-            &self.model.to_string(),
-            "--artefact",
-            &options.artefact.display().to_string(),
-            "-o",
-            &self.text("errors.toml"),
-        ]
-        .map(str::to_owned)
-        .into();
-        words.extend(self.words_of_probe());
-        if options.accept_places {
-            words.push("--accept-places".to_owned());
-        }
-        words
-    }
-
-    fn words_of_probe(&self) -> Vec<String> {
-        let path = self.qualified().map(|path| path.display().to_string());
-        path.map_or(Vec::new(), |path| vec!["--probe".to_owned(), path])
+    fn words_of_probe(&self) -> String {
+        let path = self.qualified().map(|path| quoted(path.display()));
+        path.map_or(String::new(), |path| format!(" --probe {path}"))
     }
 
     /// Keeps a copy of the compensation in use, beside those of earlier trials in this folder: the first is `previous.trax`.
@@ -413,199 +373,5 @@ impl<'a> CalibrationFiles<'a> {
             files::read_probe(&path, &self.machine)?.known(&mut artefact.stylus);
         }
         Ok(artefact)
-    }
-}
-
-impl CalibratedMachine for OnSite<'_, '_> {
-    type Error = BadInput;
-
-    fn refused(&self, refusal: CalibrationRefusal) -> BadInput {
-        let files = self.files;
-        match refusal {
-            CalibrationRefusal::Study(refusal) => BadInput::new(
-                format!("{}: {refusal}", files.text("probings.csv")),
-                refusal.remedy(),
-            ),
-            CalibrationRefusal::Errors(error) => BadInput::new(
-                format!("{}: {error}", files.text("errors.toml")),
-                "identify the errors again: --from identify",
-            ),
-        }
-    }
-
-    fn probe(&mut self) -> Result<bool, BadInput> {
-        let (files, site) = (self.files, &mut *self.site);
-        let before = files.errand("validation.csv", "before.csv")?;
-        let plan = files.errand("plan.csv", "touches.csv")?;
-        let qualifies = files.options.qualify.is_some();
-        let ball = qualifies.then(|| files.errand(POSES_FILE, "ball.csv"));
-        let ball = ball.transpose()?;
-        let all: Vec<&Errand<'_>> = ball.iter().chain([&before, &plan]).collect();
-        let yes = files.options.yes;
-        if !site.is_ready(&all, yes)? {
-            return Ok(false);
-        }
-        if let Some(ball) = &ball {
-            site.touch(ball)?;
-            files.qualify()?;
-        }
-        site.touch(&before)?;
-        let question = "May the corrections be switched off, and the plan be probed without them?";
-        if !yes && !asked(question)? {
-            return Ok(false);
-        }
-        site.switch(false)?;
-        site.touch(&plan)?;
-        Ok(true)
-    }
-
-    fn artefact(&mut self) -> Result<Artefact, BadInput> {
-        self.files.probed_artefact()
-    }
-
-    fn probed(&mut self, rows: ProbedRows) -> Result<Probings, BadInput> {
-        let files = self.files;
-        match rows {
-            ProbedRows::Plan if files.options.from <= CalibrationStep::Identify => files.probings(),
-            ProbedRows::Plan => files.measured(),
-            ProbedRows::Before => Ok(files.touched("validation.csv", "before.csv")?.probings),
-            ProbedRows::After => Ok(files.touched("validation.csv", "after.csv")?.probings),
-        }
-    }
-
-    fn identified(&mut self, found: &StudyOutcome<'_>) -> Result<(), BadInput> {
-        let errors = identify::write(found, &self.files.file("errors.toml"))?;
-        identify::show(found, &errors, false)?;
-        identify::warn(found);
-        Ok(())
-    }
-
-    fn errors(&mut self) -> Result<ErrorModel, BadInput> {
-        files::read_known_errors(&self.files.file("errors.toml"), &self.files.machine)
-    }
-
-    fn agrees(&mut self, question: Question<'_>) -> Result<bool, BadInput> {
-        let (files, yes) = (self.files, self.files.options.yes);
-        match question {
-            Question::Unmeasured(parameters) => {
-                let names = Model::Named(parameters.to_vec());
-                files::print(&format!(
-                    "\nnot measured: {names}. A machine that has them is worse than any limit that is printed here\n"
-                ))?;
-                let accepts = files.options.accept_missing;
-                Ok(accepts || !yes && asked("May it go on without them?")?)
-            }
-            Question::Load => {
-                let blob = files.file("machine.trax");
-                files::print("\n")?;
-                let question = format!("May {} be loaded and switched on?", blob.display());
-                Ok(yes || asked(&question)?)
-            }
-            Question::Validate => {
-                let question = "May it be validated by probing with the corrections on?";
-                let is_taken = files.options.from <= CalibrationStep::Probe;
-                let agrees = (yes || asked(question)?) && (is_taken || self.site.take_over(yes)?);
-                if !agrees {
-                    files::print("you did not want it probed\n")?;
-                }
-                Ok(agrees)
-            }
-        }
-    }
-
-    fn compile(&mut self) -> Result<bool, BadInput> {
-        let files = self.files;
-        let target = self.site.target(&files.file("board.toml"))?;
-        let words = [
-            "compile",
-            &files.options.machine.display().to_string(),
-            &files.text("errors.toml"),
-            "--target",
-            &target,
-            "-o",
-            &files.text("machine.trax"),
-        ];
-        files.show(&words.map(str::to_owned))?;
-        let inputs = MachineFiles {
-            machine: files.options.machine.clone(),
-            errors: files.file("errors.toml"),
-        };
-        let blob = files.file("machine.trax");
-        let compiled = compile::usual(&inputs, blob, target::read(&target)?)?;
-        compiled.show()?;
-        Ok(compiled.made.is_right())
-    }
-
-    fn load(&mut self) -> Result<(), BadInput> {
-        if let Some(active) = self.site.file().filter(|active| active.exists()) {
-            self.files.keep_previous(active)?;
-        }
-        self.site.load(&self.files.file("machine.trax"))?;
-        self.site.switch(true)
-    }
-
-    fn probe_again(&mut self) -> Result<(), BadInput> {
-        let errand = self.files.errand("validation.csv", "after.csv")?;
-        // An older one was made with another compensation, and would count as this one's.
-        removed(&errand.log)?;
-        self.site.touch(&errand)
-    }
-
-    fn validated(&mut self, found: &Validated) -> Result<(), BadInput> {
-        let files = self.files;
-        let json = files::json(&found.validation)?;
-        files::write(&files.file("validation.json"), json.as_bytes())?;
-        files::print(&table(found, &files.text("errors.toml")))
-    }
-
-    fn keep(&mut self) -> Result<(), BadInput> {
-        self.site.keep()
-    }
-
-    fn undo(&mut self) -> Result<(), BadInput> {
-        self.site.undo()
-    }
-}
-
-/// The figures of a validation.
-fn table(found: &Validated, errors: &str) -> String {
-    let validation = &found.validation;
-    let predicted = match validation.unseen.is_empty() {
-        true => "predicted, at most",
-        false => "predicted from the measured errors",
-    };
-    let (before, after) = (validation.before, validation.after);
-    let mut text = format!(
-        "\nvalidation at {} other positions    rms (µm)   largest\n  \
-         before                           {:>9.2} {:>9.2}\n  \
-         after                            {:>9.2} {:>9.2}\n  \
-         {predicted:<32} {:>9.2}\n",
-        validation.probings,
-        before.rms_um,
-        before.largest_um,
-        after.rms_um,
-        after.largest_um,
-        validation.expected_um
-    );
-    if !validation.unseen.is_empty() {
-        text += &format!(
-            "not measured, and not in the prediction: {}; {errors} says what would show each\n",
-            validation.unseen.join(", ")
-        );
-    }
-    if let Some(why) = found.objection() {
-        text += &format!("{why}\n");
-    }
-    text
-}
-
-/// Removes a file, if there is one.
-fn removed(path: &Path) -> Result<(), BadInput> {
-    match std::fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(BadInput::new(
-            format!("{}: cannot be removed: {error}", path.display()),
-            "remove it, then start again with --from load",
-        )),
-        _ => Ok(()),
     }
 }

@@ -1,7 +1,7 @@
 //! Shared by `export cec` and `import cec`.
 
 use super::bad_input::BadInput;
-use trueaxis_controllers::cec::AxesError;
+use trueaxis_export::cec::AxesError;
 
 /// Describes what is wrong with `--axes`.
 pub fn axes(error: &AxesError) -> BadInput {

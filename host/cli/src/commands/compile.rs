@@ -23,13 +23,13 @@ use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::policy::{stored, tolerance_urad};
+use trueaxis_model::validate::Runtime;
 use trueaxis_report::{self as report, Document, PageModel};
 use trueaxis_tables::compile::{self, CompileError};
 use trueaxis_tables::made::{Made, Whole};
-use trueaxis_tables::policy::{stored, tolerance_urad};
 use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::target::Target;
-use trueaxis_tables::validate::Runtime;
 use wanted::WantedFile;
 
 /// Turn a machine and its errors into a compensation, and verify it
@@ -250,11 +250,7 @@ impl Arguments {
                 "leave out --points, or say how many nodes there may be with --max-nodes",
             ));
         }
-        let zero_at = self
-            .zero_at
-            .as_deref()
-            .map(|text| position_argument::zero_position(text, machine))
-            .transpose()?;
+        let zero_at = position_argument::zero_position(self.zero_at.as_deref(), machine)?;
         Ok(compile::Options {
             scheme,
             tables: schemes::Options {

@@ -5,13 +5,13 @@ use super::bad_input::BadInput;
 use super::files;
 use super::hal::PinValues;
 use super::monitor::{activation, conditions};
-use super::port::{Connection, PortArguments};
+use super::port::Connection;
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use trueaxis::link::{Slot, Storing};
-use trueaxis_controllers::link::{self, Action, ControlError, ControllerState, Done};
+use trueaxis_link::{Action, ControllerState, Done};
 
 /// Switch corrections on or off, and choose the compensation in use
 ///
@@ -124,36 +124,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         return in_hal(arguments);
     };
     let (mut client, controller) = port.connect()?;
-    let on = |switch: ControlSwitch| switch == ControlSwitch::On;
-    let action = match arguments.what {
-        ControlCommand::Reload => {
-            return Err(BadInput::new(
-                "reload is for --hal: a board has slots",
-                "`trueaxis flash` writes a compensation to a board",
-            ));
-        }
-        ControlCommand::Show => Action::Show,
-        ControlCommand::Enable => Action::Enable(true),
-        ControlCommand::Disable => Action::Enable(false),
-        ControlCommand::EnableAtStart { switch } => Action::EnableAtStart(on(switch)),
-        ControlCommand::DryRun { switch } => Action::DryRun(on(switch)),
-        ControlCommand::ToolLength { length } => Action::ToolLength(length),
-        ControlCommand::Weight { term, value } => Action::Weight { term, value },
-        ControlCommand::Activate { slot, force } => Action::Activate {
-            slot: match slot {
-                SlotName::A => Slot::A,
-                SlotName::B => Slot::B,
-            },
-            force,
-        },
-        ControlCommand::Rollback { force } => Action::Rollback { force },
-        ControlCommand::Reference { ref axes } => Action::Reference(match axes.as_str() {
-            "all" => controller.axes.clone(),
-            "none" => String::new(),
-            letters => letters.to_uppercase(),
-        }),
-    };
-    let done = link::control(&mut client, &action).map_err(|error| bad(port, &error))?;
+    let action = action(&arguments.what, &controller.axes)?;
+    let done =
+        trueaxis_link::control(&mut client, &action).map_err(|error| port.refused(&error))?;
     if arguments.json {
         files::print_json(&object(&done))?;
     } else {
@@ -167,6 +140,42 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print(&text(head, &lines(&done.before), &lines(&done.after)))?;
     }
     Ok(Outcome::Done)
+}
+
+/// What a board is asked to do; `axes` are those of its machine.
+fn action(what: &ControlCommand, axes: &str) -> Result<Action, BadInput> {
+    let on = |switch: ControlSwitch| switch == ControlSwitch::On;
+    Ok(match what {
+        ControlCommand::Reload => {
+            return Err(BadInput::new(
+                "reload is for --hal: a board has slots",
+                "`trueaxis flash` writes a compensation to a board",
+            ));
+        }
+        ControlCommand::Show => Action::Show,
+        ControlCommand::Enable => Action::Enable(true),
+        ControlCommand::Disable => Action::Enable(false),
+        ControlCommand::EnableAtStart { switch } => Action::EnableAtStart(on(*switch)),
+        ControlCommand::DryRun { switch } => Action::DryRun(on(*switch)),
+        ControlCommand::ToolLength { length } => Action::ToolLength(*length),
+        ControlCommand::Weight { term, value } => Action::Weight {
+            term: *term,
+            value: *value,
+        },
+        ControlCommand::Activate { slot, force } => Action::Activate {
+            slot: match slot {
+                SlotName::A => Slot::A,
+                SlotName::B => Slot::B,
+            },
+            force: *force,
+        },
+        ControlCommand::Rollback { force } => Action::Rollback { force: *force },
+        ControlCommand::Reference { axes: letters } => Action::Reference(match letters.as_str() {
+            "all" => axes.to_owned(),
+            "none" => String::new(),
+            letters => letters.to_uppercase(),
+        }),
+    })
 }
 
 /// The component of LinuxCNC: its switches are pins.
@@ -232,23 +241,6 @@ fn reload(before: &PinValues) -> Result<(), BadInput> {
 const PERIODS: Duration = Duration::from_millis(50);
 /// How long to wait for a file to be read.
 const LONGEST: Duration = Duration::from_secs(10);
-
-fn bad(port: &PortArguments, error: &ControlError) -> BadInput {
-    let remedy = match error {
-        ControlError::Link(error) => return port.bad(error),
-        ControlError::NotFinite(_) => "give a number such as 120.5",
-        ControlError::NotAdjustable { .. } => {
-            "give one of the adjustable terms, as `trueaxis control … show` lists them"
-        }
-        ControlError::NoAxis { .. } => {
-            "give the letters of the compensation in use, for example XYZ, or all or none"
-        }
-        ControlError::NothingBefore => {
-            "the other slot has no compensation that was in use; see `trueaxis control … show`, and `activate` for one that waits"
-        }
-    };
-    BadInput::new(format!("{}: {error}", port.port), remedy)
-}
 
 /// Whether corrections are on.
 fn corrections(state: &ControllerState) -> String {
@@ -362,41 +354,6 @@ fn text(mut text: String, before: &[(String, String)], after: &[(String, String)
 }
 
 fn object(done: &Done) -> Value {
-    let state = |state: &ControllerState| {
-        let (report, at_start) = (&state.report, &state.at_start);
-        let slot = |slot: Option<Slot>| slot.map(|slot| slot.to_string());
-        let weight = |weight: &trueaxis::link::TermWeight| {
-            json!({
-                "term": weight.term,
-                "axis": state.controller.axes.chars().nth(weight.output.into()),
-                "value": weight.value,
-                "limits": weight.limits,
-            })
-        };
-        json!({
-            "enabled": report.enabled,
-            "dry_run": report.dry_run,
-            "factor": report.factor,
-            "conditions": conditions(report.conditions),
-            "active": slot(state.controller.active),
-            "compensation": activation(report.activation),
-            "referenced": state.referenced(),
-            "auxiliaries": report.auxiliaries.as_slice(),
-            "weights": state.weights.iter().map(weight).collect::<Vec<_>>(),
-            "at_start": {
-                "in_use": slot(at_start.in_use),
-                "before": slot(at_start.before),
-                "waiting": slot(at_start.waiting),
-                "enable": at_start.enable,
-                "storing": match at_start.storing {
-                    Storing::Stored => "stored".to_owned(),
-                    Storing::Pending => "pending".to_owned(),
-                    Storing::Failed(why) => why.to_string(),
-                },
-            },
-            "fault": report.fault.map(|fault| fault.to_string()),
-        })
-    };
     let controller = &done.after.controller;
     json!({
         "firmware": controller.firmware,
@@ -405,5 +362,41 @@ fn object(done: &Done) -> Value {
         "axes": controller.axes,
         "before": state(&done.before),
         "after": state(&done.after),
+    })
+}
+
+fn state(state: &ControllerState) -> Value {
+    let (report, at_start) = (&state.report, &state.at_start);
+    let slot = |slot: Option<Slot>| slot.map(|slot| slot.to_string());
+    let weight = |weight: &trueaxis::link::TermWeight| {
+        json!({
+            "term": weight.term,
+            "axis": state.controller.axes.chars().nth(weight.output.into()),
+            "value": weight.value,
+            "limits": weight.limits,
+        })
+    };
+    json!({
+        "enabled": report.enabled,
+        "dry_run": report.dry_run,
+        "factor": report.factor,
+        "conditions": conditions(report.conditions),
+        "active": slot(state.controller.active),
+        "compensation": activation(report.activation),
+        "referenced": state.referenced(),
+        "auxiliaries": report.auxiliaries.as_slice(),
+        "weights": state.weights.iter().map(weight).collect::<Vec<_>>(),
+        "at_start": {
+            "in_use": slot(at_start.in_use),
+            "before": slot(at_start.before),
+            "waiting": slot(at_start.waiting),
+            "enable": at_start.enable,
+            "storing": match at_start.storing {
+                Storing::Stored => "stored".to_owned(),
+                Storing::Pending => "pending".to_owned(),
+                Storing::Failed(why) => why.to_string(),
+            },
+        },
+        "fault": report.fault.map(|fault| fault.to_string()),
     })
 }

@@ -9,9 +9,9 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use trueaxis::Policy;
 use trueaxis_model::motion::{self, Outside};
+use trueaxis_model::policy::PolicyName;
 use trueaxis_model::positions::{self, ColumnInput};
-use trueaxis_tables::policy::PolicyName;
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
 
 /// Evaluate a compensation at positions, as the controller does
 ///

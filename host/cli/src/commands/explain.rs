@@ -7,7 +7,8 @@ use clap::Args;
 use serde::Serialize;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::explain::{
-    BenchInstrument, BenchState, EntryKind, Explained, MinimalParameters, Sense, explain,
+    BenchInstrument, BenchState, EntryKind, Explained, InstrumentReading, MinimalParameters, Sense,
+    explain,
 };
 use trueaxis_model::machine::Machine;
 
@@ -117,31 +118,34 @@ impl ExplainedEntry {
             sentence: explained.sentence(),
             changes_nothing: explained.reading.is_none(),
             meant: meant.map(Parameter::to_string).collect(),
-            shown: explained.reading.map(|reading| {
-                let letter = |axis: usize| machine.axes[axis].letter.char();
-                let position = |state: &BenchState| {
-                    machine.to_command(&state.q)[..machine.axes.len()].to_vec()
-                };
-                let (reads_in, factor, unit) = match (reading.sense, reading.instrument) {
-                    (Sense::In(axis), BenchInstrument::Square) => {
-                        (letter(axis).to_string(), 1e3, "µm per 100 mm")
-                    }
-                    (Sense::In(axis), _) => (letter(axis).to_string(), 1e3, "µm"),
-                    (Sense::From(a, b), _) => {
-                        (format!("{} to {}", letter(a), letter(b)), 1e6, "µrad")
-                    }
-                    (Sense::About(axis), _) => (letter(axis).to_string(), 1e6, "µrad"),
-                };
-                InstrumentShown {
-                    instrument: name_of(&reading.instrument),
-                    moved: reading.moved.map(letter),
-                    reads_in,
-                    reading: reading.value * factor,
-                    unit,
-                    from: position(&reading.from),
-                    to: position(&reading.to),
-                }
-            }),
+            shown: explained
+                .reading
+                .map(|reading| InstrumentShown::new(machine, &reading)),
+        }
+    }
+}
+
+impl InstrumentShown {
+    fn new(machine: &Machine, reading: &InstrumentReading) -> Self {
+        let letter = |axis: usize| machine.axes[axis].letter.char();
+        let position =
+            |state: &BenchState| machine.to_command(&state.q)[..machine.axes.len()].to_vec();
+        let (reads_in, factor, unit) = match (reading.sense, reading.instrument) {
+            (Sense::In(axis), BenchInstrument::Square) => {
+                (letter(axis).to_string(), 1e3, "µm per 100 mm")
+            }
+            (Sense::In(axis), _) => (letter(axis).to_string(), 1e3, "µm"),
+            (Sense::From(a, b), _) => (format!("{} to {}", letter(a), letter(b)), 1e6, "µrad"),
+            (Sense::About(axis), _) => (letter(axis).to_string(), 1e6, "µrad"),
+        };
+        Self {
+            instrument: name_of(&reading.instrument),
+            moved: reading.moved.map(letter),
+            reads_in,
+            reading: reading.value * factor,
+            unit,
+            from: position(&reading.from),
+            to: position(&reading.to),
         }
     }
 }

@@ -8,10 +8,13 @@ mod rigid_body;
 mod skew;
 mod twist;
 
-use super::Outcome;
 use super::bad_input::BadInput;
+use super::number::positive;
+use super::{Outcome, files};
 use clap::{Args, Subcommand};
-use trueaxis_controllers::skew::Firmware;
+use std::path::{Path, PathBuf};
+use trueaxis_export::NotExported;
+use trueaxis_export::skew::Firmware;
 
 /// Write a compensation as the tables of another controller
 #[derive(Args)]
@@ -71,6 +74,39 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
 }
 
+/// Options of every export that may leave something of the errors.
+#[derive(Args)]
+struct LeftOptions {
+    /// Largest permitted error that remains
+    #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
+    tolerance: f64,
+    /// Write even if more is left than the tolerance
+    #[arg(long)]
+    best_effort: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl LeftOptions {
+    /// Writes the files if they leave little enough, or all the same.
+    fn write(&self, texts: &[(PathBuf, String)], meets: bool) -> Result<ExportVerdict, BadInput> {
+        let written = meets || self.best_effort;
+        for (path, text) in texts.iter().filter(|_| written) {
+            if let Some(folder) = path.parent() {
+                files::make_folder(folder)?;
+            }
+            files::write(path, text.as_bytes())?;
+        }
+        Ok(ExportVerdict { meets, written })
+    }
+}
+
+/// Shows why there is nothing to write.
+pub fn refused(error: &NotExported, path: &Path) -> BadInput {
+    BadInput::new(format!("{}: {error}", path.display()), error.remedy)
+}
+
 /// Whether files leave little enough of what they are to correct, and whether they are written.
 #[derive(Clone, Copy)]
 struct ExportVerdict {
@@ -79,13 +115,6 @@ struct ExportVerdict {
 }
 
 impl ExportVerdict {
-    fn new(meets: bool, best_effort: bool) -> Self {
-        Self {
-            meets,
-            written: meets || best_effort,
-        }
-    }
-
     /// Says what remains, and why, if that is too much.
     fn outcome(self, remains: &str, why: &str) -> Outcome {
         if self.meets {

@@ -9,14 +9,14 @@ use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use trueaxis::{AlignedBlob, LARGEST_BLOB};
-use trueaxis_measure::direct::counted_twice;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::observations::{self, Observations};
-use trueaxis_measure::formats::probe::ProbeFile;
-use trueaxis_measure::formats::probings::{self, Probings};
+use trueaxis_direct::counted_twice;
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::observations::{self, Observations};
+use trueaxis_identify::formats::probings::{self, Probings};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
+use trueaxis_probing::probe_file::ProbeFile;
 use trueaxis_report as report;
 use trueaxis_report::picture::Picture;
 
@@ -221,7 +221,7 @@ pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInpu
     };
     for doubt in doubts {
         eprintln!("warning: {}: {doubt}", path.display());
-        eprintln!("  {}", doubt.remedy());
+        eprintln!("  {}", doubt.remedy);
     }
     Ok(errors)
 }
@@ -389,6 +389,28 @@ pub fn write_or_print(output: Option<&Path>, text: &str, said: &str) -> Result<(
 /// Prints JSON to standard output.
 pub fn print_json(value: &impl Serialize) -> Result<(), BadInput> {
     print(&json(value)?)
+}
+
+/// Prints an answer for programs, or a text for people.
+pub fn print_answer(
+    is_json: bool,
+    answer: &impl Serialize,
+    text: impl FnOnce() -> String,
+) -> Result<(), BadInput> {
+    match is_json {
+        true => print_json(answer),
+        false => print(&text()),
+    }
+}
+
+/// A word of a command line for a shell.
+pub fn quoted(word: impl ToString) -> String {
+    let word = word.to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%~".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
 }
 
 /// A value as JSON, with its line end.

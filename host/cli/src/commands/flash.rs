@@ -10,9 +10,9 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::AlignedBlob;
 use trueaxis::link::Storing;
-use trueaxis_controllers::link::{self, Activated, LinkedController};
+use trueaxis_link::{Activated, LinkedController};
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::target::Target;
-use trueaxis_tables::validate::Runtime;
 
 /// Upload a compensation to a controller
 ///
@@ -83,7 +83,8 @@ fn dry_run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let blob = path.map(read).transpose()?;
     let (_, controller) = port.connect()?;
     if let Some(blob) = &blob {
-        link::check(&controller, blob, arguments.force).map_err(|error| port.bad_flash(&error))?;
+        trueaxis_link::check(&controller, blob, arguments.force)
+            .map_err(|error| port.bad_flash(&error))?;
     }
     let target = controller.target();
     let (firmware, board) = (&controller.firmware, &controller.board);
@@ -119,7 +120,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let blob = read(path)?;
     let (mut client, controller) = port.connect()?;
     let bar = ProgressBarOnScreen::new();
-    let outcome = link::flash(&mut client, &controller, &blob, *force, *activate, &bar)
+    let outcome = trueaxis_link::flash(&mut client, &controller, &blob, *force, *activate, &bar)
         .map_err(|error| port.bad_flash(&error))?;
     drop(bar);
     let flashed = Flashed {
@@ -146,11 +147,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 fn screen(
     port: &PortArguments,
     controller: &LinkedController,
-    outcome: &link::UploadOutcome,
+    outcome: &trueaxis_link::UploadOutcome,
     path: &Path,
     bytes: usize,
 ) -> String {
-    let link::UploadOutcome {
+    let trueaxis_link::UploadOutcome {
         slot,
         sequence,
         already,
@@ -158,25 +159,18 @@ fn screen(
         activated,
         at_start,
     } = *outcome;
-    let mut text = format!(
-        "{}: {} on {}\n",
-        port.port, controller.firmware, controller.board
-    );
-    text += &if already {
-        format!(
-            "{}: slot {slot} holds it already, as number {sequence}\n",
-            path.display()
-        )
-    } else {
-        let from = match resumed {
-            0 => String::new(),
-            n => format!(" (from byte {n} on, the rest was there)"),
-        };
-        format!(
-            "{}: {} bytes{from} written to slot {slot} and verified, number {sequence}\n",
-            path.display(),
-            bytes,
-        )
+    let (firmware, board) = (&controller.firmware, &controller.board);
+    let (port, path) = (&port.port, path.display());
+    let mut text = format!("{port}: {firmware} on {board}\n");
+    let from = match resumed {
+        0 => String::new(),
+        n => format!(" (from byte {n} on, the rest was there)"),
+    };
+    text += &match already {
+        true => format!("{path}: slot {slot} holds it already, as number {sequence}\n"),
+        false => format!(
+            "{path}: {bytes} bytes{from} written to slot {slot} and verified, number {sequence}\n"
+        ),
     };
     text += match activated {
         Activated::Yes => "in use\n",
@@ -185,12 +179,16 @@ fn screen(
         Activated::No => "not in use: `trueaxis control` activates it, or --activate\n",
     };
     if activated != Activated::No && at_start.in_use != Some(slot) {
-        text += match at_start.storing {
-            Storing::Failed(_) => {
-                "not stored: the next start uses the previous compensation; see `trueaxis control`\n"
-            }
-            _ => "at the next start too once the machine has stood still with its drives off\n",
-        };
+        text += at_next_start(at_start.storing);
     }
     text
+}
+
+fn at_next_start(storing: Storing) -> &'static str {
+    match storing {
+        Storing::Failed(_) => {
+            "not stored: the next start uses the previous compensation; see `trueaxis control`\n"
+        }
+        _ => "at the next start too once the machine has stood still with its drives off\n",
+    }
 }

@@ -3,7 +3,6 @@
 #[cfg_attr(target_family = "wasm", path = "gcode/ahead_in_browser.rs")]
 mod ahead;
 mod arguments;
-mod inlined;
 mod scratch;
 mod screen;
 
@@ -17,13 +16,14 @@ pub use arguments::Arguments;
 use scratch::Scratch;
 use std::cell::RefCell;
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use trueaxis_gcode::check::{CheckResult, Corrected};
 use trueaxis_gcode::stream::{self, StreamError};
-use trueaxis_gcode::{Corrector, Job, JobMachine, Report};
+use trueaxis_gcode::subprograms::{self, Inlined};
+use trueaxis_gcode::{Corrector, Dialect, Job, JobMachine, Report};
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile::Progress;
-use trueaxis_tables::validate::Runtime;
 
 fn open(path: &Path) -> Result<BufReader<File>, BadInput> {
     let file = File::open(path).map_err(|error| {
@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mark = arguments.mark(&blob, compensation, &job.tables)?;
     let program = ReadProgram {
         arguments,
-        inlined: inlined::Program::new(arguments, &job.rules)?,
+        inlined: inlined(&arguments.program, job.rules.dialect)?,
         job,
     };
     let written = program.write(mark)?;
@@ -95,12 +95,26 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     })
 }
 
+/// The program with the calls of its subprograms written out, if it has any.
+fn inlined(path: &Path, dialect: Dialect) -> Result<Option<Inlined>, BadInput> {
+    let unreadable = |error| bad_program(path, &StreamError::Read(error));
+    if !dialect.table().calls || !subprograms::calls(open(path)?, dialect).map_err(unreadable)? {
+        return Ok(None);
+    }
+    let mut text = Vec::new();
+    open(path)?.read_to_end(&mut text).map_err(unreadable)?;
+    let inlined = subprograms::inline(&text, dialect);
+    inlined
+        .map(Some)
+        .map_err(|refusal| bad_program(path, &refusal.into()))
+}
+
 /// A program to be corrected.
 struct ReadProgram<'a> {
     arguments: &'a Arguments,
     job: Job<'a>,
     /// Without the calls of its subprograms, if it has any.
-    inlined: Option<inlined::Program>,
+    inlined: Option<Inlined>,
 }
 
 /// A program that has been corrected.
@@ -114,13 +128,11 @@ struct WrittenProgram {
 
 impl ReadProgram<'_> {
     /// The text without calls.
-    fn open(&self) -> Result<BufReader<File>, BadInput> {
-        open(self.path())
-    }
-
-    fn path(&self) -> &Path {
-        let inlined = self.inlined.as_ref();
-        inlined.map_or(&self.arguments.program, inlined::Program::path)
+    fn open(&self) -> Result<Box<dyn BufRead + '_>, BadInput> {
+        Ok(match &self.inlined {
+            Some(inlined) => Box::new(inlined.text.as_slice()),
+            None => Box::new(open(&self.arguments.program)?),
+        })
     }
 
     /// What is wrong with the program, at its own lines.
@@ -128,8 +140,7 @@ impl ReadProgram<'_> {
         let program = &self.arguments.program;
         match (&self.inlined, error) {
             (Some(inlined), StreamError::Refused(refusal)) => {
-                let refusal = inlined.refusal(refusal);
-                bad_program(program, &StreamError::Refused(refusal))
+                bad_program(program, &inlined.refusal(refusal).into())
             }
             _ => bad_program(program, error),
         }
@@ -230,12 +241,15 @@ impl ReadProgram<'_> {
     /// Corrects from one file into another, with the map of its lines.
     fn correct(
         &self,
-        reader: BufReader<File>,
+        reader: Box<dyn BufRead + '_>,
         file: &mut replace::NewContent<'_>,
         map: Option<&mut Scratch>,
         corrector: &mut Corrector<'_>,
     ) -> Result<(), StreamError> {
-        let bytes = std::fs::metadata(self.path()).map_or(0, |m| m.len());
+        let bytes = match &self.inlined {
+            Some(inlined) => inlined.text.len() as u64,
+            None => std::fs::metadata(&self.arguments.program).map_or(0, |m| m.len()),
+        };
         let bar = ProgressBarOnScreen::new();
         bar.stage("MB corrected", (bytes >> 20) as usize);
         let (done, written) = ahead(file, |file| {
@@ -290,7 +304,10 @@ impl ReadProgram<'_> {
             return files::print_json(&answer);
         }
         if let Some(inlined) = &self.inlined {
-            files::print(&inlined.note())?;
+            files::print(&format!(
+                "subprograms are written out where they are called: {} lines\n",
+                inlined.lines()
+            ))?;
         }
         files::print(&screen::report(output, report, &self.job.options))?;
         files::print(&lengths.note())?;

@@ -3,10 +3,10 @@
 use super::bad_input::BadInput;
 use super::{Outcome, files};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use trueaxis::Header;
 use trueaxis_generate::{Language, Options, generate};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
 
 /// Write a compensation as straight-line code in Rust or C
 ///
@@ -49,6 +49,8 @@ fn identifier(text: &str) -> Result<String, String> {
     }
 }
 
+const DEFECT: &str = "report it, with the file: it is a defect of this program";
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (path, output) = (&arguments.blob, &arguments.output);
@@ -60,18 +62,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let header = Header::read(&blob).map_err(in_blob)?;
     let file = path.file_name().unwrap_or_default().to_string_lossy();
     let header_path = output.with_extension("h");
-    let header_name = header_path
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy();
+    let header_name = header_path.file_name().unwrap_or_default();
+    let header_name = header_name.to_string_lossy();
     if language == Language::C {
         files::prepare(&header_path, &[path, output])?;
-        if header_name.contains(|c: char| c.is_control() || "\"\\<>".contains(c)) {
-            return Err(BadInput::new(
-                format!("{}: no #include can name its header", output.display()),
-                "choose a name without quotation marks, backslashes and control characters",
-            ));
-        }
+        includable(&header_name, output)?;
     }
     let options = Options {
         file: &file,
@@ -80,12 +75,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         servo: arguments.servo,
         compared: arguments.compared as usize,
     };
-    let code = generate(&runtime, header.crc, language, options).map_err(|error| {
-        BadInput::new(
-            error.to_string(),
-            "report it, with the file: it is a defect of this program",
-        )
-    })?;
+    let code = generate(&runtime, header.crc, language, options);
+    let code = code.map_err(|error| BadInput::new(error.to_string(), DEFECT))?;
     if let Some(header) = &code.header {
         files::write(&header_path, header.as_bytes())?;
     }
@@ -117,5 +108,16 @@ impl Arguments {
                 "end it with .rs or .c, or add --lang rust or --lang c",
             )),
         }
+    }
+}
+
+/// Refuses a name that no `#include` can have.
+fn includable(header: &str, output: &Path) -> Result<(), BadInput> {
+    match header.contains(|c: char| c.is_control() || "\"\\<>".contains(c)) {
+        false => Ok(()),
+        true => Err(BadInput::new(
+            format!("{}: no #include can name its header", output.display()),
+            "choose a name without quotation marks, backslashes and control characters",
+        )),
     }
 }

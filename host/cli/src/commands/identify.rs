@@ -5,7 +5,6 @@ mod inputs;
 mod listed;
 mod observed;
 mod screen;
-mod tables;
 mod thermal;
 
 use super::Outcome;
@@ -16,17 +15,17 @@ use super::verdict;
 use clap::Args;
 use inputs::{MeasuredInputs, Same};
 use std::path::{Path, PathBuf};
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::temperatures::{self, Temperatures};
-use trueaxis_measure::identify::{Model, ModelError};
-use trueaxis_measure::study::{
-    self, Identification, RefusedInput, Study, StudyRefusal, StudyRequest,
-};
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::temperatures::{self, Temperatures};
+use trueaxis_identify::{Model, ModelError};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::Runtime;
 use trueaxis_report::{self as report, Document, PageModel as ReportModel};
+use trueaxis_study::{
+    Identification, RefusedInput, Study, StudyOutcome, StudyRefusal, StudyRequest,
+};
 use trueaxis_tables::compile::belongs;
-use trueaxis_tables::validate::Runtime;
 
 /// Identify error parameters and their uncertainties from probings of balls and from instruments
 ///
@@ -115,14 +114,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     arguments.prepare()?;
     let given = IdentifyInputs::read(arguments)?;
-    let blob = match &arguments.active {
-        Some(path) => Some(files::read_blob(path)?),
-        None => None,
-    };
-    let active = match (&blob, &arguments.active) {
-        (Some(blob), Some(path)) => Some(given.active(blob, path)?),
-        _ => None,
-    };
+    let blob = arguments.active.as_ref().map(|path| files::read_blob(path));
+    let blob = blob.transpose()?;
+    let active = arguments.active.as_ref().zip(blob.as_ref());
+    let active = active.map(|(path, blob)| given.active(blob, path));
+    let active = active.transpose()?;
     let request = StudyRequest {
         active: active.as_ref(),
         ..arguments.request(&given)?
@@ -205,7 +201,7 @@ impl IdentifyInputs {
 }
 
 /// Writes the errors and their covariances.
-pub fn write(found: &study::StudyOutcome<'_>, output: &Path) -> Result<ErrorModel, BadInput> {
+pub fn write(found: &StudyOutcome<'_>, output: &Path) -> Result<ErrorModel, BadInput> {
     let model = errors(found)?;
     let covariances = beside(output);
     let name = covariances.file_name().unwrap_or_default();
@@ -215,7 +211,7 @@ pub fn write(found: &study::StudyOutcome<'_>, output: &Path) -> Result<ErrorMode
     Ok(model)
 }
 
-fn errors(found: &study::StudyOutcome<'_>) -> Result<ErrorModel, BadInput> {
+fn errors(found: &StudyOutcome<'_>) -> Result<ErrorModel, BadInput> {
     found
         .errors()
         .map_err(|error| BadInput::new(error.message, error.remedy))
@@ -223,7 +219,7 @@ fn errors(found: &study::StudyOutcome<'_>) -> Result<ErrorModel, BadInput> {
 
 /// Prints what people read.
 pub fn show(
-    found: &study::StudyOutcome<'_>,
+    found: &StudyOutcome<'_>,
     model: &ErrorModel,
     is_verbose: bool,
 ) -> Result<(), BadInput> {
@@ -237,7 +233,7 @@ pub fn show(
 }
 
 /// Prints what to check; the check fails if the parameters should not be trusted.
-pub fn warn(found: &study::StudyOutcome<'_>) -> Outcome {
+pub fn warn(found: &StudyOutcome<'_>) -> Outcome {
     for warning in found.warnings() {
         eprintln!("warning: {warning}");
     }
@@ -323,7 +319,7 @@ impl Arguments {
     fn report(
         &self,
         page: &Path,
-        found: &study::StudyOutcome<'_>,
+        found: &StudyOutcome<'_>,
         errors: &ErrorModel,
     ) -> Result<(), BadInput> {
         let machine = found.machine;

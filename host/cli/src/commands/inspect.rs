@@ -6,13 +6,13 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::Notes;
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::contents::{
     AuxiliaryEntry, AxisEntry, BankEntry, Contents, GridEntry, contents, end,
 };
 use trueaxis_tables::extremes::{Extremes, extremes};
 use trueaxis_tables::schemes::fik;
-use trueaxis_tables::validate::Runtime;
 
 /// Show the parts of a compensation
 #[derive(Args)]
@@ -254,15 +254,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             term.errors = errors;
         }
     }
-    if arguments.json {
-        files::print_json(&InspectAnswer {
-            file: path,
-            contents: &contents,
-            extremes: &extremes,
-            notes,
-        })?;
-    } else {
-        files::print(&listing(path, &contents, &extremes, notes.as_ref()))?;
-    }
+    let answer = InspectAnswer {
+        file: path,
+        contents: &contents,
+        extremes: &extremes,
+        notes,
+    };
+    files::print_answer(arguments.json, &answer, || {
+        listing(path, &contents, &extremes, answer.notes.as_ref())
+    })?;
     Ok(Outcome::Done)
 }

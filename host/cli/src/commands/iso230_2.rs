@@ -5,8 +5,8 @@ use super::bad_input::BadInput;
 use super::files;
 use super::measured::{MeasuredFiles, positioning};
 use clap::Args;
-use trueaxis_measure::direct::iso230_2::{Analysis, AxisRecord, analysis, shown};
-use trueaxis_measure::direct::{AxisRuns, misread};
+use trueaxis_direct::iso230_2::{Analysis, AxisRecord};
+use trueaxis_direct::misread;
 use trueaxis_model::machine::Machine;
 
 /// Evaluate runs of an axis to ISO 230-2: A, B, E, M, R
@@ -31,112 +31,88 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, measurements) = arguments.files.read(true)?;
-    let evaluated: Vec<(String, AxisRuns, Analysis)> = positioning(&measurements)?
-        .into_iter()
-        .map(|(name, line)| (name.to_owned(), line.clone(), analysis(line)))
-        .collect();
-    let imported = match &arguments.files.output {
-        Some(_) => arguments.files.import(machine, measurements)?.machine,
+    let lines = positioning(&measurements)?;
+    match &arguments.files.output {
+        Some(_) => drop(arguments.files.import(&machine, &measurements)?),
         None => {
-            for (file, (name, line, _)) in evaluated.iter().enumerate() {
+            for (file, (name, line)) in lines.iter().enumerate() {
                 if let Some(doubt) = misread(&machine, file, line) {
-                    eprintln!("warning: {name}: {doubt}\n  {}", doubt.remedy());
+                    eprintln!("warning: {name}: {doubt}\n  {}", doubt.remedy);
                 }
             }
-            machine
         }
-    };
-    if arguments.json {
-        let all: Vec<AxisRecord> = (evaluated.iter())
-            .map(|(name, line, analysis)| AxisRecord::of(&imported, name, line, analysis))
-            .collect();
-        files::print_json(&all)?;
-    } else {
-        let screens = evaluated
-            .iter()
-            .map(|(name, line, found)| screen(&imported, name, line, found));
-        files::print(&screens.collect::<Vec<_>>().join("\n"))?;
     }
+    let records: Vec<AxisRecord> = (lines.iter())
+        .map(|(name, line)| AxisRecord::of(&machine, name, line))
+        .collect();
+    files::print_answer(arguments.json, &records, || {
+        let screens: Vec<String> = records.iter().map(|one| screen(&machine, one)).collect();
+        screens.join("\n")
+    })?;
     Ok(Outcome::Done)
 }
 
 /// A number with two decimals, or a dash.
-fn number(value: Option<f64>, factor: f64) -> String {
+fn number(value: Option<f64>) -> String {
     // Avoids "-0.00".
     value.map_or_else(
         || "–".to_owned(),
-        |v| format!("{:.2}", (v * factor * 100.0).round() / 100.0 + 0.0),
+        |v| format!("{:.2}", (v * 100.0).round() / 100.0 + 0.0),
     )
 }
 
 /// The text output.
-fn screen(machine: &Machine, name: &str, line: &AxisRuns, found: &Analysis) -> String {
-    let axis = &machine.axes[line.setup.moved];
-    let (factor, unit) = shown(line);
+fn screen(machine: &Machine, record: &AxisRecord) -> String {
+    let found = &record.found;
+    let [up, down] = found.runs;
+    let axis = machine.index(record.axis).map(|i| &machine.axes[i]);
     let mut text = format!(
-        "{name}: {}, {} targets, {} runs ↑, {} ↓ ({unit})\n\n",
-        axis.letter,
-        line.targets.len(),
-        found.runs[0],
-        found.runs[1]
+        "{}: {}, {} targets, {up} runs ↑, {down} ↓ ({})\n\n",
+        record.file,
+        record.axis,
+        found.targets.len(),
+        record.unit
     );
-    text += &targets(axis.unit(), found, factor);
-    if let Some(reason) = found.not_to_the_standard() {
+    text += &targets(axis.map_or("", |axis| axis.unit()), found);
+    if let Some(reason) = &found.not_to_the_standard {
         text += &format!("\nnot to ISO 230-2: {reason}\n");
     }
-    text + &results(found, factor)
+    text + &results(found)
 }
 
 /// A line for each target.
-fn targets(unit: &str, found: &Analysis, factor: f64) -> String {
-    let mut text = format!(
-        "{:>12}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}\n",
-        format!("target ({unit})"),
-        "x̄↑",
-        "x̄↓",
-        "s↑",
-        "s↓",
-        "B",
-        "R"
-    );
-    let show = |value| number(value, factor);
+fn targets(unit: &str, found: &Analysis) -> String {
+    let [target, heads @ ..] = ["target", "x̄↑", "x̄↓", "s↑", "s↓", "B", "R"];
+    let mut text = format!("{:>12}", format!("{target} ({unit})"));
+    text.extend(heads.map(|head| format!("{head:>9}")));
+    text.push('\n');
     for t in &found.targets {
-        text += &format!(
-            "{:>12} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8}\n",
-            t.target,
-            show(t.mean[0]),
-            show(t.mean[1]),
-            show(t.spread[0]),
-            show(t.spread[1]),
-            show(t.reversal),
-            show(t.both)
-        );
+        let [up, down] = t.mean.map(number);
+        text += &format!("{:>12} {up:>7} {down:>7}", t.target);
+        let rest = [t.spread[0], t.spread[1], t.reversal, t.repeatability[2]];
+        text.extend(rest.map(|value| format!(" {:>8}", number(value))));
+        text.push('\n');
     }
     text
 }
 
 /// The values for the whole axis.
-fn results(found: &Analysis, factor: f64) -> String {
-    let none = [None; 2];
+fn results(found: &Analysis) -> String {
+    let both = |value| [None, None, value];
     let rows = [
-        ("accuracy A", found.accuracy, found.accuracy_both),
+        ("accuracy A", found.accuracy),
+        ("systematic deviation E", found.systematic_deviation),
+        ("repeatability R", found.repeatability),
         (
-            "systematic deviation E",
-            found.systematic,
-            found.systematic_both,
+            "range of mean deviations M",
+            both(found.range_of_mean_deviations),
         ),
-        (
-            "repeatability R",
-            found.repeatability,
-            found.repeatability_both,
-        ),
-        ("range of mean deviations M", none, found.mean_range),
-        ("reversal value B", none, found.reversal),
-        ("mean reversal value", none, found.mean_reversal),
+        ("reversal value B", both(found.reversal)),
+        ("mean reversal value", both(found.mean_reversal)),
     ];
     let mut text = "\n                                        ↑        ↓     both\n".to_owned();
-    for (what, one, both) in rows {
-        let [up, down, both] = [one[0], one[1], both].map(|value| number(value, factor));
+    for (what, values) in rows {
+        let [up, down, both] = values.map(number);
         text += &format!("{what:<32} {up:>8} {down:>8} {both:>8}\n");
     }
     text

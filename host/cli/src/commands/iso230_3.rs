@@ -2,13 +2,12 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files::{self, Text};
+use super::files;
 use clap::Args;
 use std::path::PathBuf;
-use trueaxis_measure::direct::iso230_3::{
-    Displacements, DriftAnalysis, DriftKind, DriftTestRecord, Unit, analysis,
-};
-use trueaxis_measure::formats::displacements;
+use trueaxis_direct::formats::displacements;
+use trueaxis_direct::iso230_3::{Displacements, DriftAnalysis, DriftKind, DriftTestRecord, Unit};
+use trueaxis_model::numbers::extremes;
 use trueaxis_report::picture::{Chart, Drawing, Ink, Mark, Picture, Scale, Series};
 
 /// Evaluate thermal drift to ISO 230-3: environment, rotating spindle, moving linear axis
@@ -40,7 +39,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let text = Text::read(&arguments.readings)?;
+    let text = files::Text::read(&arguments.readings)?;
     let measured = displacements::read(&text.text).map_err(|error| text.bad(error))?;
     let [first, last] = measured.span();
     for minutes in &arguments.at {
@@ -51,41 +50,37 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     }
-    let at: Vec<f64> = arguments.at.iter().map(|m| first + m * 60.0).collect();
-    let found = analysis(&measured, &at);
+    let record = DriftTestRecord::of(&measured, &arguments.at);
     if let Some(folder) = &arguments.pictures {
-        files::write_pictures(folder, pictures(&measured, &found))?;
+        files::write_pictures(folder, pictures(&measured, &record.results))?;
     }
-    match arguments.json {
-        true => files::print_json(&DriftTestRecord::of(&measured, &found, &arguments.at))?,
-        false => files::print(&screen(&text.name, &measured, &found, &arguments.at))?,
-    }
+    files::print_answer(arguments.json, &record, || {
+        screen(&text.name, measured.readings.len(), &record)
+    })?;
     Ok(Outcome::Done)
 }
 
 /// The text output.
-fn screen(name: &str, measured: &Displacements, found: &[DriftAnalysis], at: &[f64]) -> String {
-    let [first, last] = measured.span();
+fn screen(name: &str, readings: usize, record: &DriftTestRecord) -> String {
     let mut text = format!(
-        "{name}: {}\n{} readings in {:.1} min",
-        measured.test,
-        measured.readings.len(),
-        (last - first) / 60.0
+        "{name}: {}\n{readings} readings in {:.1} min",
+        record.test, record.minutes
     );
-    if let Some(stop) = measured.stop {
-        text += &format!(", stopped after {:.1} min", (stop - first) / 60.0);
-    }
+    let stop = record.stopped_after_minutes;
+    text += &stop.map_or(String::new(), |stop| {
+        format!(", stopped after {stop:.1} min")
+    });
     text.push('\n');
-    for analysis in found {
+    for analysis in &record.results {
         text.push('\n');
-        if let Some(position) = analysis.position {
+        if let Some(position) = analysis.position_mm {
             text += &format!("at {position} mm\n");
         }
         text += &format!("{:<28}{:>10}", "", "range");
-        if measured.stop.is_some() {
+        if stop.is_some() {
             text += &format!("{:>12}{:>10}", "until stop", "after");
         }
-        for minutes in at {
+        for minutes in &record.at_minutes {
             text += &format!("{:>13}", format!("at {minutes} min"));
         }
         text.push('\n');
@@ -96,12 +91,11 @@ fn screen(name: &str, measured: &Displacements, found: &[DriftAnalysis], at: &[f
 
 /// The drift in one direction.
 fn row(drift: &DriftKind) -> String {
-    let (factor, unit) = drift.unit.shown();
     // Avoids "-0.00".
-    let number = |v: f64| format!("{:.2}", (v * factor * 100.0).round() / 100.0 + 0.0);
-    let name = format!("{} ({unit})", drift.name);
+    let number = |v: f64| format!("{:.2}", (v * 100.0).round() / 100.0 + 0.0);
+    let name = format!("{} ({})", drift.name, drift.unit);
     let mut text = format!("{name:<28}{:>10}", number(drift.range));
-    if let Some([until, after]) = drift.stopped {
+    if let (Some(until), Some(after)) = (drift.range_until_stop, drift.range_after_stop) {
         text += &format!("{:>12}{:>10}", number(until), number(after));
     }
     for value in &drift.at {
@@ -120,13 +114,13 @@ fn pictures(measured: &Displacements, found: &[DriftAnalysis]) -> Vec<(String, P
             (Unit::Temperature, "temperature"),
             (Unit::Expansion, "expansion"),
         ] {
-            let drifts = analysis.drifts.iter().filter(|d| d.unit == unit);
-            let drifts: Vec<&DriftKind> = drifts.collect();
+            let drifts: Vec<&DriftKind> = (analysis.drifts.iter())
+                .filter(|d| d.unit == unit)
+                .collect();
             if drifts.is_empty() {
                 continue;
             }
-            let place = analysis.position;
-            let name = match place {
+            let name = match analysis.position_mm {
                 Some(position) => format!("{what}-at-{position}"),
                 None => what.to_owned(),
             };
@@ -139,26 +133,26 @@ fn pictures(measured: &Displacements, found: &[DriftAnalysis]) -> Vec<(String, P
 /// Courses over time.
 fn picture(measured: &Displacements, what: &str, drifts: &[&DriftKind]) -> Picture {
     let [first, last] = measured.span();
-    let (factor, unit) = drifts[0].unit.shown();
+    let unit = drifts[0].unit;
     let hours = |time: f64| (time - first) / 3600.0;
-    let series = drifts.iter().enumerate().map(|(k, drift)| {
+    let mut series: Vec<Series> = Vec::new();
+    for (k, drift) in drifts.iter().enumerate() {
         let (ink, mark) = stroke(k);
-        Series {
+        let points = drift.course.iter();
+        let points = points.map(|[time, value]| [hours(*time), *value]);
+        series.push(Series {
             name: drift.name.clone(),
             ink,
             mark,
-            points: (drift.course.iter())
-                .map(|[time, value]| [hours(*time), value * factor])
-                .collect(),
-        }
-    });
-    let mut series: Vec<Series> = series.collect();
+            points: points.collect(),
+        });
+    }
     let values = series.iter().flat_map(|s| &s.points).map(|p| p[1]);
     let title = format!("{what} ({unit})");
-    let y = match drifts[0].unit {
-        // Temperatures are far from zero.
+    let y = match unit {
+        // They are far from zero.
         Unit::Temperature => {
-            let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+            let [low, high] = extremes(values);
             Scale::exact(title, [low - 0.5, high + 0.5])
         }
         _ => Scale::around(title, values),
@@ -183,14 +177,8 @@ fn picture(measured: &Displacements, what: &str, drifts: &[&DriftKind]) -> Pictu
 
 /// How the course with this number is drawn.
 fn stroke(number: usize) -> (Ink, Mark) {
-    const INKS: [Ink; 6] = [
-        Ink::Accent,
-        Ink::Before,
-        Ink::Other,
-        Ink::After,
-        Ink::Text,
-        Ink::Muted,
-    ];
+    use Ink::{Accent, After, Before, Muted, Other, Text};
+    const INKS: [Ink; 6] = [Accent, Before, Other, After, Text, Muted];
     let mark = match number < INKS.len() {
         true => Mark::Line,
         false => Mark::Dashed,

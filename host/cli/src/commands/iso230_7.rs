@@ -5,8 +5,8 @@ use super::bad_input::BadInput;
 use super::files::{self, Text};
 use clap::Args;
 use std::path::PathBuf;
-use trueaxis_measure::direct::iso230_7::{ErrorMotion, Turns, TurnsRecord};
-use trueaxis_measure::formats::revolutions;
+use trueaxis_direct::formats::revolutions;
+use trueaxis_direct::iso230_7::{ErrorMotion, Turns, TurnsRecord};
 use trueaxis_report::picture::{Drawing, Ink, Picture, Polar, PolarTurn};
 
 /// Evaluate error motions of a spindle or a rotary table to ISO 230-7
@@ -36,60 +36,43 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let text = Text::read(&arguments.readings)?;
     let measured = revolutions::read(&text.text).map_err(|error| text.bad(error))?;
-    let found = measured.error_motions();
+    let record = measured.record();
     if let Some(folder) = &arguments.pictures {
-        files::write_pictures(folder, pictures(&measured, &found))?;
+        let one = |motion: &ErrorMotion| {
+            let name = motion.name.replace(", ", "-").replace(' ', "-");
+            (name.to_lowercase(), picture(&measured, motion))
+        };
+        let pictures: Vec<_> = record.error_motions.iter().map(one).collect();
+        files::write_pictures(folder, pictures)?;
     }
-    match arguments.json {
-        true => files::print_json(&TurnsRecord::of(&measured, &found))?,
-        false => files::print(&screen(&text.name, &measured, &found))?,
-    }
+    files::print_answer(arguments.json, &record, || screen(&text.name, &record))?;
     Ok(Outcome::Done)
 }
 
 /// The text output.
-fn screen(name: &str, measured: &Turns, found: &[ErrorMotion]) -> String {
+fn screen(name: &str, record: &TurnsRecord) -> String {
     let mut text = format!(
         "{name}: error motions of an axis of rotation (ISO 230-7)\n{} turns with {} angles\n\n{:<28}{:>10}{:>14}{:>15}{:>13}\n",
-        measured.readings.len(),
-        measured.angles.len(),
-        "",
-        "total",
-        "synchronous",
-        "asynchronous",
-        "off centre"
+        record.turns, record.angles, "", "total", "synchronous", "asynchronous", "off centre"
     );
-    for motion in found {
-        let (factor, unit) = motion.unit.shown();
-        let off = motion
-            .off_centre
-            .map_or("–".to_owned(), |v| format!("{:.2}", v * factor));
+    for motion in &record.error_motions {
+        let off = (motion.off_centre).map_or("–".to_owned(), |v| format!("{v:.2}"));
         text += &format!(
             "{:<28}{:>10.2}{:>14.2}{:>15.2}{off:>13}\n",
-            format!("{} ({unit})", motion.name),
-            motion.total * factor,
-            motion.synchronous * factor,
-            motion.asynchronous * factor
+            format!("{} ({})", motion.name, motion.unit),
+            motion.total,
+            motion.synchronous,
+            motion.asynchronous
         );
     }
     text
 }
 
-/// A polar plot of each error motion, with its name.
-fn pictures(measured: &Turns, found: &[ErrorMotion]) -> Vec<(String, Picture)> {
-    let one = |motion: &ErrorMotion| {
-        let name = motion.name.replace(", ", "-").replace(' ', "-");
-        (name.to_lowercase(), picture(measured, motion))
-    };
-    found.iter().map(one).collect()
-}
-
 /// All turns, and their mean.
 fn picture(measured: &Turns, motion: &ErrorMotion) -> Picture {
-    let (factor, unit) = motion.unit.shown();
     let around = |values: &[f64]| -> Vec<(f64, f64)> {
-        let both = measured.angles.iter().zip(values);
-        both.map(|(angle, value)| (*angle, value * factor))
+        (measured.angles.iter().copied())
+            .zip(values.iter().copied())
             .collect()
     };
     let total = motion.turns.iter().flat_map(|turn| around(turn)).collect();
@@ -103,11 +86,11 @@ fn picture(measured: &Turns, motion: &ErrorMotion) -> Picture {
     };
     Polar {
         title: format!(
-            "{} error motion in {unit} over the angle: all turns, and their mean",
-            motion.name
+            "{} error motion in {} over the angle: all turns, and their mean",
+            motion.name, motion.unit
         ),
         axes: ["0°", "90°"].map(str::to_owned),
-        unit: unit.to_owned(),
+        unit: motion.unit.to_string(),
         turns: vec![
             turn("total", Ink::Before, total),
             turn("synchronous", Ink::After, mean),

@@ -6,14 +6,15 @@ use super::files::{self, Text};
 use super::quantity::count;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::direct::{
-    AxisRuns, DirectError, DirectRecord, DirectResult, MeasuredRuns, Measurement, SolveOptions,
-    error_file, solve, warnings,
+use trueaxis_direct::formats::runs;
+use trueaxis_direct::{
+    AxisRuns, DirectRecord, DirectResult, MeasuredRuns, Measurement, SolveOptions, error_file,
+    solve, warnings,
 };
-use trueaxis_measure::formats::kind::{FileKind, kind};
-use trueaxis_measure::formats::runs;
+use trueaxis_identify::formats::kind::{FileKind, kind};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::numbers::extremes;
 
 /// Turn readings of lasers, straightedges, levels and squares into error parameters
 ///
@@ -60,20 +61,6 @@ pub struct MeasuredFiles {
     pub one_number: bool,
 }
 
-/// The results.
-pub struct Imported {
-    pub machine: Machine,
-    pub measurements: Vec<Measurement>,
-    pub found: DirectResult,
-}
-
-impl Imported {
-    /// What programs read.
-    fn record(&self) -> DirectRecord {
-        DirectRecord::of(&self.machine, &self.measurements, &self.found)
-    }
-}
-
 impl MeasuredFiles {
     /// Reads all files. They need not say where other axes stood if nothing is written (`is_evaluated`).
     pub fn read(&self, is_evaluated: bool) -> Result<(Machine, Vec<Measurement>), BadInput> {
@@ -107,28 +94,32 @@ impl MeasuredFiles {
     /// Computes the errors and writes them.
     pub fn import(
         &self,
-        machine: Machine,
-        measurements: Vec<Measurement>,
-    ) -> Result<Imported, BadInput> {
+        machine: &Machine,
+        measurements: &[Measurement],
+    ) -> Result<DirectResult, BadInput> {
         let known = match &self.update {
             Some(path) => {
-                files::to_update(files::read_known_errors(path, &machine)?, path, "import")?
+                files::to_update(files::read_known_errors(path, machine)?, path, "import")?
             }
-            None => ErrorModel::perfect(&machine),
+            None => ErrorModel::perfect(machine),
         };
         let options = SolveOptions {
             one_number: self.one_number,
         };
-        let found = solve(&machine, &measurements, &known, options)
-            .map_err(|error| refused(&error, &measurements))?;
-        for (said, doubt) in warnings(&found, &measurements).iter().zip(&found.doubts) {
-            eprintln!("warning: {said}");
-            eprintln!("  {}", doubt.remedy());
+        let found = solve(machine, measurements, &known, options).map_err(|error| {
+            let files: Vec<&str> = (error.files.iter())
+                .map(|k| measurements[*k].name.as_str())
+                .collect();
+            let place = if files.is_empty() { "" } else { ": " };
+            BadInput::new(format!("{}{place}{error}", files.join(", ")), error.remedy)
+        })?;
+        for (said, doubt) in warnings(&found, measurements).iter().zip(&found.doubts) {
+            eprintln!("warning: {said}\n  {}", doubt.remedy);
         }
         if let Some(output) = &self.output {
-            let text = error_file(&machine, &measurements, &found);
+            let text = error_file(machine, measurements, &found);
             // The result is an error file; anything it would reject is reported before writing.
-            ErrorModel::from_toml(&text, &machine).map_err(|error| {
+            ErrorModel::from_toml(&text, machine).map_err(|error| {
                 BadInput::new(
                     format!("no error file can be written: {}", error.message),
                     error.remedy,
@@ -136,44 +127,22 @@ impl MeasuredFiles {
             })?;
             files::write(output, text.as_bytes())?;
         }
-        Ok(Imported {
-            machine,
-            measurements,
-            found,
-        })
+        Ok(found)
     }
-}
-
-pub fn refused(error: &DirectError, measurements: &[Measurement]) -> BadInput {
-    let files = error
-        .files()
-        .into_iter()
-        .map(|k| measurements[k].name.as_str());
-    let files: Vec<&str> = files.collect();
-    let place = match files[..] {
-        [] => String::new(),
-        _ => format!("{}: ", files.join(", ")),
-    };
-    BadInput::new(format!("{place}{error}"), error.remedy())
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, measurements) = arguments.files.read(false)?;
-    let imported = arguments.files.import(machine, measurements)?;
-    match arguments.json {
-        true => files::print_json(&imported.record())?,
-        false => files::print(&screen(&imported))?,
-    }
+    let found = arguments.files.import(&machine, &measurements)?;
+    let record = DirectRecord::of(&machine, &measurements, &found);
+    files::print_answer(arguments.json, &record, || {
+        screen(&machine, &measurements, &found)
+    })?;
     Ok(Outcome::Done)
 }
 
 /// The text output.
-fn screen(imported: &Imported) -> String {
-    let Imported {
-        machine,
-        measurements,
-        found,
-    } = imported;
+fn screen(machine: &Machine, measurements: &[Measurement], found: &DirectResult) -> String {
     let mut text = format!(
         "{}: {} and {} from {}\n",
         machine.name,
@@ -198,21 +167,14 @@ fn screen(imported: &Imported) -> String {
             measurements[location.from].name
         );
     }
-    text + &removed_slopes(imported) + SIGNS
-}
-
-/// The slopes of the straightedges, if any were removed.
-fn removed_slopes(imported: &Imported) -> String {
-    let slopes = &imported.found.slopes;
-    let mut text = String::new();
-    if !slopes.is_empty() {
+    if !found.slopes.is_empty() {
         text += "\nslope of the straightedge, which was removed\n";
     }
-    for (file, slope) in slopes {
-        let name = &imported.measurements[*file].name;
+    for (file, slope) in &found.slopes {
+        let name = &measurements[*file].name;
         text += &format!("  {:.2} µrad in {name}\n", slope * 1e6);
     }
-    text
+    text + SIGNS
 }
 
 /// What nothing but the machine can show.
@@ -230,12 +192,7 @@ pub fn motions(
     }
     for motion in &found.motions {
         let (factor, unit) = motion.shown();
-        let both = motion
-            .positive
-            .iter()
-            .chain(motion.negative.iter().flatten());
-        let low = both.clone().copied().fold(f64::INFINITY, f64::min);
-        let high = both.copied().fold(f64::NEG_INFINITY, f64::max);
+        let [low, high] = extremes(motion.all_values().copied());
         let show = |v: Option<f64>| {
             v.map_or_else(|| "–".to_owned(), |v| format!("{:.2}", v * factor + 0.0))
         };
@@ -253,8 +210,8 @@ pub fn motions(
 
 /// The positioning runs of the axis itself, with their files.
 pub fn positioning(measurements: &[Measurement]) -> Result<Vec<(&str, &AxisRuns)>, BadInput> {
-    let of = |m: &'_ Measurement| match &m.measured {
-        MeasuredRuns::Line(line) if line.setup.is_positioning() => Ok(()),
+    let each = measurements.iter().map(|m| match &m.measured {
+        MeasuredRuns::Line(line) if line.setup.is_positioning() => Ok((m.name.as_str(), line)),
         _ => Err(BadInput::new(
             format!(
                 "{}: this is not the position of the axis that moves",
@@ -262,13 +219,6 @@ pub fn positioning(measurements: &[Measurement]) -> Result<Vec<(&str, &AxisRuns)
             ),
             "ISO 230-2 is about positions; give the file to `trueaxis measured`",
         )),
-    };
-    for m in measurements {
-        of(m)?;
-    }
-    let lines = measurements.iter().filter_map(|m| match &m.measured {
-        MeasuredRuns::Line(line) => Some((m.name.as_str(), line)),
-        MeasuredRuns::Square(_) => None,
     });
-    Ok(lines.collect())
+    each.collect()
 }

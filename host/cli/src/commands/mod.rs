@@ -53,7 +53,7 @@ mod qualify;
 mod quantity;
 mod random;
 #[cfg(all(test, not(target_family = "wasm")))]
-mod reference;
+mod reference_tests;
 mod replace;
 mod report;
 mod scheme;

@@ -9,9 +9,9 @@ use std::path::PathBuf;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::explain::explain;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::Runtime;
 use trueaxis_report::{PageModel, parameter_in_words};
 use trueaxis_tables::compile::belongs;
-use trueaxis_tables::validate::Runtime;
 
 /// Print the data from which the page draws the machine, as JSON
 #[derive(Args)]

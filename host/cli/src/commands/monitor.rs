@@ -11,7 +11,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 use trueaxis::Conditions;
 use trueaxis::link::{Activation, CostUnit, Health, MOST_AXES, Report, SlotState, Upload};
-use trueaxis_controllers::link::LinkedController;
+use trueaxis_link::LinkedController;
 
 /// Watch a controller or LinuxCNC: positions, corrections, faults
 #[derive(Args)]
@@ -83,16 +83,115 @@ impl WatchedSource for WatchedBoard {
         Ok(())
     }
     fn table(&self) -> String {
-        table(&self.port.port, &self.controller, &self.report, self.health)
+        let Self {
+            controller, report, ..
+        } = self;
+        let port = &self.port.port;
+        let (firmware, board) = (&controller.firmware, &controller.board);
+        let machine = match controller.machine.as_str() {
+            "" => "no machine",
+            name => name,
+        };
+        let mut text = format!("{port}: {firmware} on {board}, {machine}\n");
+        for (name, report) in ["A", "B"].into_iter().zip(&controller.slots) {
+            let (state, erased) = (slot(report.state), report.erased);
+            text += &format!("slot {name}       {state}; erased {erased} times\n");
+        }
+        text += &corrections(report);
+        if let Some(health) = self.health {
+            text += &well(&health);
+        }
+        for (k, value) in report.auxiliaries.iter().enumerate() {
+            let lost = match (report.sensors_lost >> k) & 1 {
+                0 => "",
+                _ => " (sensor lost, last value kept)",
+            };
+            text += &format!("auxiliary {k}  {value:.3}{lost}\n");
+        }
+        text + &axes(&controller.axes, report)
     }
+
     fn header(&self) -> String {
-        header(&self.controller)
+        let mut text = "time".to_owned();
+        for prefix in ["", "d", "computed "] {
+            for letter in self.controller.axes.chars() {
+                text += &format!(",{prefix}{letter}");
+            }
+        }
+        text + ",factor,conditions,saturated,rate_limited,travel_limited,missed,worst_cost\n"
     }
+
     fn line(&self, seconds: f64) -> String {
-        line(&self.report, seconds)
+        let report = &self.report;
+        let mut text = format!("{seconds:.3}");
+        for values in [&report.positions, &report.dq, &report.computed] {
+            for value in values {
+                text += &format!(",{value}");
+            }
+        }
+        let Report {
+            factor,
+            saturated,
+            rate_limited,
+            travel_limited,
+            missed,
+            worst_cost,
+            ..
+        } = report;
+        let holds = conditions(report.conditions).join(" + ");
+        text += &format!(
+            ",{factor},{holds},{saturated},{rate_limited},{travel_limited},{missed},{worst_cost}\n"
+        );
+        text
     }
+
     fn object(&self, seconds: f64) -> serde_json::Value {
-        object(&self.controller, &self.report, self.health, seconds)
+        let Self {
+            controller,
+            report,
+            health,
+            ..
+        } = self;
+        json!({
+            "time": seconds,
+            "machine": controller.machine,
+            "axes": controller.axes,
+            "positions": report.positions.as_slice(),
+            "dq": report.dq.as_slice(),
+            "computed": report.computed.as_slice(),
+            "auxiliaries": report.auxiliaries.as_slice(),
+            "sensors_lost": report.sensors_lost,
+            "weights": report.weights.as_slice(),
+            "enabled": report.enabled,
+            "dry_run": report.dry_run,
+            "suspended": report.suspended,
+            "referenced": report.referenced,
+            "factor": report.factor,
+            "conditions": conditions(report.conditions),
+            "saturated": report.saturated,
+            "rate_limited": report.rate_limited,
+            "travel_limited": report.travel_limited,
+            "limits": report.limits.iter().map(|r| [r.value, r.rate, r.travel]).collect::<Vec<_>>(),
+            "updates": report.updates,
+            "missed": report.missed,
+            "cost": report.cost,
+            "worst_cost": report.worst_cost,
+            "cost_unit": unit(report),
+            "compensation": activation(report.activation),
+            "upload": upload(report.upload),
+            "fault": report.fault.map(|fault| fault.to_string()),
+            "health": health.map(|h| json!({
+                "healthy": h.healthy,
+                "restart": h.restart.to_string(),
+                "frames": h.frames,
+                "repeated": h.repeated,
+                "skipped": h.skipped,
+                "damaged": h.damaged,
+                "faults": h.faults,
+                "overruns": h.overruns,
+                "garbled": h.garbled,
+            })),
+        })
     }
 }
 
@@ -243,37 +342,6 @@ fn slot(state: SlotState) -> String {
     }
 }
 
-/// The text output.
-fn table(
-    port: &str,
-    controller: &LinkedController,
-    report: &Report,
-    health: Option<Health>,
-) -> String {
-    let (firmware, board) = (&controller.firmware, &controller.board);
-    let machine = match controller.machine.as_str() {
-        "" => "no machine",
-        name => name,
-    };
-    let mut text = format!("{port}: {firmware} on {board}, {machine}\n");
-    for (name, report) in ["A", "B"].into_iter().zip(&controller.slots) {
-        let (state, erased) = (slot(report.state), report.erased);
-        text += &format!("slot {name}       {state}; erased {erased} times\n");
-    }
-    text += &corrections(report);
-    if let Some(health) = health {
-        text += &well(&health);
-    }
-    for (k, value) in report.auxiliaries.iter().enumerate() {
-        let lost = match (report.sensors_lost >> k) & 1 {
-            0 => "",
-            _ => " (sensor lost, last value kept)",
-        };
-        text += &format!("auxiliary {k}  {value:.3}{lost}\n");
-    }
-    text + &axes(&controller.axes, report)
-}
-
 /// Which compensation is in use, and whether it corrects.
 fn corrections(report: &Report) -> String {
     let mut text = format!("compensation {}\n", activation(report.activation));
@@ -351,86 +419,4 @@ fn well(health: &Health) -> String {
          line         {garbled} garbled frames of the host\n\
          started      {restart}\n"
     )
-}
-
-/// Columns of `--csv`.
-fn header(controller: &LinkedController) -> String {
-    let mut text = "time".to_owned();
-    for prefix in ["", "d", "computed "] {
-        for letter in controller.axes.chars() {
-            text += &format!(",{prefix}{letter}");
-        }
-    }
-    text + ",factor,conditions,saturated,rate_limited,travel_limited,missed,worst_cost\n"
-}
-
-fn line(report: &Report, seconds: f64) -> String {
-    let mut text = format!("{seconds:.3}");
-    for values in [&report.positions, &report.dq, &report.computed] {
-        for value in values {
-            text += &format!(",{value}");
-        }
-    }
-    let Report {
-        factor,
-        saturated,
-        rate_limited,
-        travel_limited,
-        missed,
-        worst_cost,
-        ..
-    } = report;
-    let holds = conditions(report.conditions).join(" + ");
-    text += &format!(
-        ",{factor},{holds},{saturated},{rate_limited},{travel_limited},{missed},{worst_cost}\n"
-    );
-    text
-}
-
-fn object(
-    controller: &LinkedController,
-    report: &Report,
-    health: Option<Health>,
-    seconds: f64,
-) -> serde_json::Value {
-    json!({
-        "time": seconds,
-        "machine": controller.machine,
-        "axes": controller.axes,
-        "positions": report.positions.as_slice(),
-        "dq": report.dq.as_slice(),
-        "computed": report.computed.as_slice(),
-        "auxiliaries": report.auxiliaries.as_slice(),
-        "sensors_lost": report.sensors_lost,
-        "weights": report.weights.as_slice(),
-        "enabled": report.enabled,
-        "dry_run": report.dry_run,
-        "suspended": report.suspended,
-        "referenced": report.referenced,
-        "factor": report.factor,
-        "conditions": conditions(report.conditions),
-        "saturated": report.saturated,
-        "rate_limited": report.rate_limited,
-        "travel_limited": report.travel_limited,
-        "limits": report.limits.iter().map(|r| [r.value, r.rate, r.travel]).collect::<Vec<_>>(),
-        "updates": report.updates,
-        "missed": report.missed,
-        "cost": report.cost,
-        "worst_cost": report.worst_cost,
-        "cost_unit": unit(report),
-        "compensation": activation(report.activation),
-        "upload": upload(report.upload),
-        "fault": report.fault.map(|fault| fault.to_string()),
-        "health": health.map(|h| json!({
-            "healthy": h.healthy,
-            "restart": h.restart.to_string(),
-            "frames": h.frames,
-            "repeated": h.repeated,
-            "skipped": h.skipped,
-            "damaged": h.damaged,
-            "faults": h.faults,
-            "overruns": h.overruns,
-            "garbled": h.garbled,
-        })),
-    })
 }

@@ -9,9 +9,9 @@ use super::progress::ProgressBarOnScreen;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
-use trueaxis_measure::identify::{self, Model, Trial, TrialError, monte_carlo};
+use trueaxis_identify::{Model, MonteCarloOutcome, Normalised, Trial, TrialError, monte_carlo};
+use trueaxis_model::validate::is_partly_calibrated;
 use trueaxis_tables::compile::Progress;
-use trueaxis_tables::validate::is_partly_calibrated;
 
 /// Repeat an identification of simulated probings and compare with the truth
 ///
@@ -91,11 +91,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let found = monte_carlo(&trial, arguments.seeds as usize, &step)
         .map_err(|error| arguments.failed(error))?;
     drop(bar);
-    if arguments.json {
-        files::print_json(&MonteCarloAnswer::new(arguments, &machine.name, &found))?;
-    } else {
-        files::print(&screen(arguments, &machine.name, &found))?;
-    }
+    files::print_answer(
+        arguments.json,
+        &MonteCarloAnswer::new(arguments, &machine.name, &found),
+        || screen(arguments, &machine.name, &found),
+    )?;
     Ok(Outcome::Done)
 }
 
@@ -119,8 +119,8 @@ fn part(inside: usize, of: usize) -> f64 {
 }
 
 impl<'a> MonteCarloAnswer<'a> {
-    fn new(arguments: &Arguments, machine: &'a str, found: &identify::MonteCarloOutcome) -> Self {
-        let one = |p: &identify::Normalised| ParameterScatter {
+    fn new(arguments: &Arguments, machine: &'a str, found: &MonteCarloOutcome) -> Self {
+        let one = |p: &Normalised| ParameterScatter {
             parameter: p.parameter.to_string(),
             standard_uncertainty: p.uncertainty,
             mean: p.mean,
@@ -140,7 +140,7 @@ impl<'a> MonteCarloAnswer<'a> {
     }
 }
 
-fn screen(arguments: &Arguments, machine: &str, found: &identify::MonteCarloOutcome) -> String {
+fn screen(arguments: &Arguments, machine: &str, found: &MonteCarloOutcome) -> String {
     let mut text = format!(
         "{machine}: {} identifications of {} parameters, {} µm of noise; {:.3} µm were found\n\n",
         found.seeds,

@@ -11,16 +11,16 @@ use super::touch_options::TouchOptions;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::formats::probings::{self, Probing, Probings};
-use trueaxis_measure::identify::Model;
-use trueaxis_measure::plan::{
+use trueaxis_identify::Model;
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::observations::Observations;
+use trueaxis_identify::formats::probings::{self, Probing, Probings};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
+use trueaxis_probing::plan::{
     Collision, Criterion, Feeds, NotTouched, PlanError, Planned, PlannedRows, Set, SetPositions,
     Setup, Summary, Task, Unreachable, collision, expected, linuxcnc, positions, steps, table,
 };
-use trueaxis_model::errors::ErrorModel;
-use trueaxis_model::machine::Machine;
 
 /// Predict the parameters that a measurement plan will identify, or propose a plan
 ///
@@ -157,10 +157,9 @@ fn log_name(text: &str) -> Result<String, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     arguments.prepare()?;
     let machine = files::read_machine(&arguments.machine)?;
-    let artefact = match &arguments.artefact {
-        Some(path) => files::read_artefact(path, &machine)?,
-        None => Artefact::default(),
-    };
+    let artefact = arguments.artefact.as_ref();
+    let artefact = artefact.map(|path| files::read_artefact(path, &machine));
+    let artefact = artefact.transpose()?.unwrap_or_default();
     let errors = match &arguments.errors {
         Some(path) => files::read_errors(path, &machine)?,
         None => ErrorModel::perfect(&machine),
@@ -170,22 +169,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let model: Model = arguments.model.parse().map_err(no_model)?;
     let set = arguments.set.map(|set| arguments.positions(&setup, set));
     let set = set.transpose()?;
-    let read = |path: &Option<PathBuf>| -> Result<Option<Probings>, BadInput> {
-        let path = path.as_deref();
-        path.map(|path| files::read_plan(path, &machine))
-            .transpose()
-    };
+    let read = |path: &PathBuf| files::read_plan(path, &machine);
     let given = match &set {
         Some(positions) => Some(positions.plan.clone()),
         None if arguments.artefact.is_none() => Some(Probings::default()),
-        None => read(&arguments.plan)?,
+        None => arguments.plan.as_ref().map(read).transpose()?,
     };
     if let (Some(plan), true) = (&given, arguments.touching.qualifies()) {
         // Many touches of a ball qualify the probe; they need not identify anything.
         arguments.write(&setup, plan)?;
         return arguments.qualifying(&setup, plan);
     }
-    let other = read(&arguments.as_good_as)?;
+    let other = arguments.as_good_as.as_ref().map(read).transpose()?;
     let task = Task {
         setup: &setup,
         model: &model,
@@ -194,13 +189,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         rows: arguments.rows(given.as_ref(), other.as_ref()),
     };
     let planned = task.plan().map_err(|error| arguments.refused(&error))?;
-    arguments.write(&setup, &planned.judgement.plan)?;
-    let minutes = planned.judgement.plan.rows.len() as f64 * arguments.seconds / 60.0;
-    if arguments.json {
-        warn(&planned);
-        files::print_json(&Summary::new(&setup, &planned, minutes, set.as_ref()))?;
-    } else {
-        show(&setup, &planned, minutes)?;
+    let plan = &planned.judgement.plan;
+    arguments.write(&setup, plan)?;
+    let minutes = plan.rows.len() as f64 * arguments.seconds / 60.0;
+    match arguments.json {
+        true => {
+            warn(&planned);
+            files::print_json(&Summary::new(&setup, &planned, minutes, set.as_ref()))?;
+        }
+        false => show(&setup, &planned, minutes)?,
     }
     Ok(Outcome::Done)
 }
@@ -245,17 +242,17 @@ impl Arguments {
         }
         let machine = &setup.machine.name;
         let rows = plan.rows.len();
-        match self.json {
-            true => files::print_json(&Qualifying {
-                machine,
-                rows,
-                touches: all,
-            })?,
-            false => files::print(&format!(
+        let answer = Qualifying {
+            machine,
+            rows,
+            touches: all,
+        };
+        files::print_answer(self.json, &answer, || {
+            format!(
                 "{machine}: {all} touches at {}, to qualify the probe (trueaxis qualify)\n",
                 count(rows, "position")
-            ))?,
-        }
+            )
+        })?;
         Ok(Outcome::Done)
     }
 
@@ -287,24 +284,13 @@ impl Arguments {
         Ok(())
     }
 
-    fn setup<'a>(
-        &self,
-        machine: &'a Machine,
-        artefact: &'a Artefact,
-        observations: &'a Observations,
-    ) -> Result<Setup<'a>, BadInput> {
+    /// The balls to probe, all of which are known.
+    fn chosen_balls(&self, known: &[String]) -> Result<Vec<String>, BadInput> {
         let place = self.artefact.as_deref().unwrap_or(Path::new(""));
-        let known = match &self.artefact {
-            Some(path) => known_balls(artefact, path)?,
-            None => Vec::new(),
-        };
-        let balls = if self.balls.is_empty() {
-            match self.set {
-                Some(Set::ChaseTheBall) => known.iter().take(1).cloned().collect(),
-                _ => known.clone(),
-            }
-        } else {
-            self.balls.clone()
+        let balls = match (self.balls.is_empty(), self.set) {
+            (true, Some(Set::ChaseTheBall)) => known.iter().take(1).cloned().collect(),
+            (true, _) => known.to_vec(),
+            (false, _) => self.balls.clone(),
         };
         if let Some(ball) = balls.iter().find(|b| !known.contains(b)) {
             return Err(BadInput::new(
@@ -321,6 +307,20 @@ impl Arguments {
                 "name every ball once",
             ));
         }
+        Ok(balls)
+    }
+
+    fn setup<'a>(
+        &self,
+        machine: &'a Machine,
+        artefact: &'a Artefact,
+        observations: &'a Observations,
+    ) -> Result<Setup<'a>, BadInput> {
+        let known = match &self.artefact {
+            Some(path) => known_balls(artefact, path)?,
+            None => Vec::new(),
+        };
+        let balls = self.chosen_balls(&known)?;
         Ok(Setup {
             machine,
             artefact,

@@ -2,10 +2,10 @@
 
 use super::quantity::{EXPANDED, count, shown};
 use super::unidentifiable;
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::plan::{Judgement, Planned, Setup, UncertaintySpread};
+use trueaxis_identify::formats::probings::Probings;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::explain::MinimalParameters;
+use trueaxis_probing::plan::{Judgement, Planned, Setup, UncertaintySpread};
 
 /// How much is measured, in words.
 fn counted(setup: &Setup<'_>, plan: &Probings, minutes: f64) -> String {

@@ -3,7 +3,7 @@
 use super::bad_input::BadInput;
 use super::number::damping;
 use clap::{Args, ValueEnum};
-use trueaxis_tables::policy::of_blob;
+use trueaxis_model::policy::of_blob;
 
 /// The policy for rotary axes.
 #[derive(Args)]

@@ -2,11 +2,7 @@
 
 use super::bad_input::BadInput;
 use clap::Args;
-use trueaxis::LoadError;
-use trueaxis::link::Refusal;
-use trueaxis_controllers::link::{
-    self, BadPort, Client, LinkError, LinkedController, Port, UploadError,
-};
+use trueaxis_link::{Client, ControlError, LinkError, LinkedController, Port, UploadError};
 
 /// Connection to the controller.
 #[derive(Args)]
@@ -57,92 +53,23 @@ impl PortArguments {
 
     /// Opens the port and performs the handshake.
     pub fn connect(&self) -> Result<(AnyClient, LinkedController), BadInput> {
-        let port = link::open(&self.port, self.baud).map_err(|error| {
-            let remedy = match &error {
-                BadPort::Address(_) => "give tcp:HOST:PORT, for example tcp:localhost:4444",
-                BadPort::Open(..) => {
-                    "check that the controller is connected, that the name is right and that no other program has the port open"
-                }
-            };
-            BadInput::new(error.to_string(), remedy)
-        })?;
+        let port = trueaxis_link::open(&self.port, self.baud)
+            .map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
         Client::connect(port).map_err(|error| self.bad(&error))
     }
 
     /// Describes an error of the link.
     pub fn bad(&self, error: &LinkError) -> BadInput {
-        BadInput::new(format!("{}: {error}", self.port), remedy(error))
+        BadInput::new(format!("{}: {error}", self.port), error.remedy())
+    }
+
+    /// Describes why a setting was refused.
+    pub fn refused(&self, error: &ControlError) -> BadInput {
+        BadInput::new(format!("{}: {error}", self.port), error.remedy())
     }
 
     /// Describes why a blob was not uploaded.
     pub fn bad_flash(&self, error: &UploadError) -> BadInput {
-        let remedy = match error {
-            UploadError::Blob(_) => "copy the file again (as binary), or compile it again",
-            UploadError::OtherMachine { .. } => {
-                "check that this is the right file and the right port; --force if it is meant so"
-            }
-            UploadError::TooLarge(_) => {
-                "compile it with the --target that `trueaxis flash --dry-run` prints, or build the firmware with larger capacities"
-            }
-            UploadError::Link(error) => remedy(error),
-            UploadError::NotReady(_) => "`trueaxis monitor` shows the reason",
-            UploadError::NotVerified(_) => {
-                "flash it again; if that does not help, the flash memory is worn out"
-            }
-        };
-        BadInput::new(format!("{}: {error}", self.port), remedy)
-    }
-}
-
-fn remedy(error: &LinkError) -> &'static str {
-    match error {
-        LinkError::Port(_) => {
-            "check the cable, and run the command again: an upload goes on where it was"
-        }
-        LinkError::Silent => {
-            "check that the controller runs, the port, and --baud; an upload goes on where it was"
-        }
-        LinkError::Version { .. } => "use the version of trueaxis that belongs to the firmware",
-        LinkError::Unexpected => "use the version of trueaxis that belongs to the firmware",
-        LinkError::Refused(refusal) => match refusal {
-            Refusal::NotStandstill => {
-                "stop the machine and switch its drives off: this controller pauses while it writes flash"
-            }
-            Refusal::Busy => {
-                "wait until the change of compensation or the upload is over; `trueaxis monitor` shows it"
-            }
-            Refusal::Uploading { .. } => {
-                "wait until the other upload is over, or until it is given up, and run the command again"
-            }
-            Refusal::Wear { .. } => {
-                "flash memory wears: find out what uploads that often, wait, and run the command again"
-            }
-            Refusal::Full => {
-                "flash a compensation with --activate, or `trueaxis control … rollback`: the other slot has room"
-            }
-            Refusal::NoCompensation => "flash one with --activate first",
-            Refusal::NotValid => {
-                "`trueaxis monitor` shows the slots; flash a compensation with --activate"
-            }
-            Refusal::Suspended => "wait until the upload is over, or until it is given up",
-            Refusal::Weight(_) => {
-                "give a weight within the limits; `trueaxis control … show` lists them"
-            }
-            Refusal::Unknown => "use the version of trueaxis that belongs to the firmware",
-            Refusal::Load(LoadError::TooSmall { .. }) => {
-                "compile it with a larger --tolerance, or build the firmware with larger capacities"
-            }
-            Refusal::OtherMachine => "check that this is the right file; --force if it is meant so",
-            Refusal::Unusable { .. } => {
-                "the active compensation stays in use; restart the controller to try the slot once more, then replace the part: its flash memory is worn out"
-            }
-            Refusal::NoNonce => {
-                "restart the controller; if that does not help, its random number generator does not work"
-            }
-            Refusal::Spoiled | Refusal::Flash => {
-                "flash it again; if that does not help, the flash memory is worn out"
-            }
-            _ => "see `trueaxis monitor` for the state of the controller",
-        },
+        BadInput::new(format!("{}: {error}", self.port), error.remedy())
     }
 }

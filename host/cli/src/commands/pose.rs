@@ -90,10 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         eprintln!("warning: {outside}");
     }
     let screens = poses.iter().map(|at| screen(&machine, at));
-    match arguments.json {
-        true => files::print_json(&answer)?,
-        false => files::print(&screens.collect::<String>())?,
-    }
+    files::print_answer(arguments.json, &answer, || screens.collect::<String>())?;
     Ok(Outcome::Done)
 }
 

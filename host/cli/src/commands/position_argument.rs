@@ -62,9 +62,10 @@ pub fn position_or(
         .collect())
 }
 
-/// Reads the position of `--zero-at`, which must be inside the travel.
-pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
-    within_travel("--zero-at", text, machine)
+/// Reads the position of `--zero-at`, if it is given; it must be inside the travel.
+pub fn zero_position(text: Option<&str>, machine: &Machine) -> Result<Option<Vec<f64>>, BadInput> {
+    let position = text.map(|text| within_travel("--zero-at", text, machine));
+    position.transpose()
 }
 
 /// Like `zero_position`, for any option.

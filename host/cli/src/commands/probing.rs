@@ -10,14 +10,14 @@ use clap::Args;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::Path;
-use trueaxis_controllers::linuxcnc::{AxisPositions, LinuxCncSession, SessionError};
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::plan::{AxisTargets, ProbingStep, Setup, collision, steps};
-use trueaxis_measure::probe::{
-    Contact, ProbeError, Prober, Speeds, duration, header, probe, resume,
-};
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::probings::Probings;
+use trueaxis_linuxcnc::{AxisPositions, LinuxCncSession, SessionError};
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_probing::plan::{AxisTargets, ProbingStep, Setup, collision, steps};
+use trueaxis_probing::probe::{
+    Contact, ProbeError, Prober, Speeds, TouchRecord, duration, header, probe, resume,
+};
 use trueaxis_tables::compile::Progress;
 
 /// Feed rates and what is logged beside the positions.
@@ -165,21 +165,9 @@ impl<'a> Work<'a> {
     ) -> Result<Self, BadInput> {
         let head = header(machine, speeds.temperature.is_some());
         let probe = touching.stated()?;
-        let rest = if log.exists() {
-            let text = files::Text::read(log)?;
-            let (kept, rest) =
-                resume(&text.text, &head, &plan, probe.per_ball()).ok_or_else(|| {
-                    BadInput::new(
-                        format!("{} exists, and is no log of this plan", log.display()),
-                        "give -o another name",
-                    )
-                })?;
-            if kept != text.text {
-                files::write(log, kept.as_bytes())?;
-            }
-            rest
-        } else {
-            plan.clone()
+        let rest = match log.exists() {
+            true => rest_of(log, &head, &plan, probe.per_ball())?,
+            false => plan.clone(),
         };
         let setup = Setup {
             machine,
@@ -278,38 +266,44 @@ impl<'a> Work<'a> {
             temperature: self.speeds.temperature.as_deref(),
         };
         let mut touches = 0;
+        let mut take = |record: &TouchRecord<'_>| {
+            touches += 1;
+            bar.step();
+            log.write_all(record.line(self.machine, &self.rest).as_bytes())?;
+            log.sync_data()
+        };
         let done = probe(
             &self.rest,
             &self.steps,
             self.speeds(),
             &mut prober,
-            &mut |record| {
-                touches += 1;
-                bar.step();
-                log.write_all(record.line(self.machine, &self.rest).as_bytes())?;
-                log.sync_data()
-            },
+            &mut take,
         );
         drop(bar);
-        done.map_err(|error| {
-            let so_far = format!("{touches} touches are in {}", self.log.display());
-            match error {
-                ProbeError::Machine(error) => {
-                    let remedy = match error.error.contains(TRIPPED) {
-                        true => self.outliers(None),
-                        false => error.remedy,
-                    };
-                    BadInput::new(format!("LinuxCNC: {}; {so_far}", error.error), remedy)
-                }
-                ProbeError::NoContact { line, .. } => {
-                    BadInput::new(format!("{error}; {so_far}"), self.outliers(Some(line)))
-                }
-                ProbeError::Log(_) => {
-                    BadInput::new(format!("{error}; {so_far}"), "make room, then start again")
-                }
+        match done {
+            Ok(()) => Ok(touches),
+            Err(error) => Err(self.stopped(error, touches)),
+        }
+    }
+
+    /// Why probing has stopped after this many touches.
+    fn stopped(&self, error: ProbeError<SessionError>, touches: usize) -> BadInput {
+        let so_far = format!("{touches} touches are in {}", self.log.display());
+        match error {
+            ProbeError::Machine(error) => {
+                let remedy = match error.error.contains(TRIPPED) {
+                    true => self.outliers(None),
+                    false => error.remedy,
+                };
+                BadInput::new(format!("LinuxCNC: {}; {so_far}", error.error), remedy)
             }
-        })?;
-        Ok(touches)
+            ProbeError::NoContact { line, .. } => {
+                BadInput::new(format!("{error}; {so_far}"), self.outliers(Some(line)))
+            }
+            ProbeError::Log(_) => {
+                BadInput::new(format!("{error}; {so_far}"), "make room, then start again")
+            }
+        }
     }
 }
 
@@ -382,4 +376,19 @@ impl Prober for Driven<'_> {
     fn orient(&mut self, angle: f64) -> Result<(), SessionError> {
         self.session.run(&format!("M19 R{angle} Q30"))
     }
+}
+
+/// What a log has not of a plan; cuts it after its last whole row.
+fn rest_of(log: &Path, head: &str, plan: &Probings, per_ball: usize) -> Result<Probings, BadInput> {
+    let text = files::Text::read(log)?.text;
+    let (kept, rest) = resume(&text, head, plan, per_ball).ok_or_else(|| {
+        BadInput::new(
+            format!("{} exists, and is no log of this plan", log.display()),
+            "give -o another name",
+        )
+    })?;
+    if kept != text {
+        files::write(log, kept.as_bytes())?;
+    }
+    Ok(rest)
 }

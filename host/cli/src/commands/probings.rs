@@ -6,13 +6,13 @@ use super::files::{self, Text};
 use super::number::positive;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::formats::probings::{self, Probing};
-use trueaxis_measure::simulate::{SimulateError, applied, corrections};
-use trueaxis_measure::spheres::{LogContents, read_log, to_probings};
+use trueaxis_identify::formats::probings::{self, Probing};
+use trueaxis_identify::simulate::{SimulateError, applied, corrections};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::Runtime;
+use trueaxis_probing::spheres::{LogContents, read_log, to_probings};
 use trueaxis_tables::compile::belongs;
-use trueaxis_tables::validate::Runtime;
 
 /// Turn the log of a probing program into probings
 ///
@@ -176,23 +176,25 @@ pub fn said(found: &LogContents, is_known: bool) -> String {
         "noise of a touch {:.2} µm, from the median residual\n",
         fitted.noise * 1e3
     );
-    for (probing, touches) in &fitted.doubtful {
-        let row = &probings.rows[*probing];
-        let per_ball = fitted.left[*probing].len();
-        let lines: Vec<String> = touches
-            .iter()
-            .map(|touch| log[probing * per_ball + touch].line.to_string())
-            .collect();
-        let off = touches
-            .first()
-            .map_or(0.0, |touch| fitted.left[*probing][*touch]);
-        text += &format!(
-            "touches of ball {} disagree (line {} of the plan): line {} of the log by {:.1} µm\n",
-            probings.balls[row.ball],
-            row.line,
-            lines.join(" or "),
-            off.abs() * 1e3
-        );
-    }
+    let doubtful = fitted.doubtful.iter();
+    text.extend(doubtful.map(|(probing, touches)| doubt(found, *probing, touches)));
     text
+}
+
+/// Touches of a probing that do not belong to one ball.
+fn doubt(found: &LogContents, probing: usize, touches: &[usize]) -> String {
+    let row = &found.probings.rows[probing];
+    let left = &found.fitted.left[probing];
+    let lines: Vec<String> = touches
+        .iter()
+        .map(|touch| found.touches[probing * left.len() + touch].line.to_string())
+        .collect();
+    let off = touches.first().map_or(0.0, |touch| left[*touch]);
+    format!(
+        "touches of ball {} disagree (line {} of the plan): line {} of the log by {:.1} µm\n",
+        found.probings.balls[row.ball],
+        row.line,
+        lines.join(" or "),
+        off.abs() * 1e3
+    )
 }

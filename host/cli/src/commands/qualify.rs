@@ -7,12 +7,10 @@ use super::number::{positive, size};
 use super::quantity::count;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::formats::probe::ORDERS;
-use trueaxis_measure::qualify::{
-    ProbePriors, ProbeUnknown, Qualified, QualifiedRecord, QualifyError, qualify,
-};
-use trueaxis_measure::spheres::{Touched, read_log};
 use trueaxis_model::machine::Machine;
+use trueaxis_probing::probe_file::ORDERS;
+use trueaxis_probing::qualify::{ProbePriors, ProbeUnknown, Qualified, QualifiedRecord, qualify};
+use trueaxis_probing::spheres::{Touched, read_log};
 
 /// Qualify a touch probe by touching one ball: tip radius and pre-travel by direction, and where the tip is
 ///
@@ -106,23 +104,8 @@ pub fn qualified(
     let text = Text::read(touches)?;
     let log = read_log(&text.text, machine).map_err(|e| text.bad(e))?;
     let touches: Vec<_> = log.iter().map(|touched| touched.position).collect();
-    let found = qualify(machine, known, &touches).map_err(|error| {
-        let remedy = match error {
-            QualifyError::TooFew { .. } => "touch the ball more often: --around 12",
-            QualifyError::NoSphere => "touch it at two latitudes and at the pole: --around 12",
-            QualifyError::Elsewhere { .. } => {
-                "give the log of touches of one ball; check tip_mm, and which way each rotary axis counts in the machine file"
-            }
-            QualifyError::Moved { .. } => {
-                "look whether the ball is loose, and touch it again, or leave out the touches of that rotary position"
-            }
-            QualifyError::OtherSize { .. } => "correct --ball-diameter or --stylus-diameter",
-            QualifyError::NotTheBall { .. } => {
-                "give the log of touches of one ball, and its diameter; a touch of something else has to be taken out"
-            }
-        };
-        BadInput::new(format!("{}: {error}", text.name), remedy)
-    })?;
+    let found = qualify(machine, known, &touches)
+        .map_err(|error| BadInput::new(format!("{}: {error}", text.name), error.remedy))?;
     Ok((found, log))
 }
 

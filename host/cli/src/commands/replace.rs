@@ -65,7 +65,7 @@ pub fn replace_by(
 /// Removes the partial file of a program that was killed while writing this file.
 pub fn tidy(path: &Path) {
     // Any obstacle will be reported when the file is written.
-    let _ = remove_abandoned(&partial_path(&real(path)), OnLock::Leave);
+    let _ = remove_abandoned(&partial_path(&real(path)), |file| Ok(file.try_lock()?));
 }
 
 /// Longest chain of symbolic links that is followed, as on Linux.
@@ -161,7 +161,10 @@ impl Partial {
                     }
                 }
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-                    remove_abandoned(&path, OnLock::Wait)?;
+                    match remove_abandoned(&path, lock) {
+                        Err(error) if error.kind() == ErrorKind::NotFound => {}
+                        done => done?,
+                    }
                 }
                 Err(error) => return Err(error),
             }
@@ -204,37 +207,14 @@ impl Partial {
     }
 }
 
-/// What to do if another program is writing the partial file.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum OnLock {
-    Wait,
-    Leave,
-}
-
-/// Removes a partial file once it is no longer being written.
-fn remove_abandoned(path: &Path, on_lock: OnLock) -> Result<()> {
-    let found = match std::fs::symlink_metadata(path) {
-        Ok(found) => found,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(error),
-    };
-    if !found.is_file() {
+/// Removes a partial file that `lock` shows to be written no longer.
+fn remove_abandoned(path: &Path, lock: impl FnOnce(&File) -> Result<()>) -> Result<()> {
+    if !std::fs::symlink_metadata(path)?.is_file() {
         let name = path.display();
         return Err(Error::other(format!("{name} is in the way and no file")));
     }
-    let file = match File::open(path) {
-        Ok(file) => file,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(error),
-    };
-    match on_lock {
-        OnLock::Wait => lock(&file)?,
-        OnLock::Leave => {
-            if file.try_lock().is_err() {
-                return Ok(());
-            }
-        }
-    }
+    let file = File::open(path)?;
+    lock(&file)?;
     // Its writer may have finished in the meantime; then it has another name now.
     if is_at(&file, path)? {
         std::fs::remove_file(path)?;

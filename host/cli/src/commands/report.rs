@@ -13,18 +13,18 @@ use clap::Args;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use trueaxis::AlignedBlob;
-use trueaxis_measure::formats::validation::Validation;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::policy::{of_blob, stored, tolerance_urad};
+use trueaxis_model::validate::Runtime;
 use trueaxis_report::certificate::{self, CalibrationRecord, Certificate};
 use trueaxis_report::{
     self as report, Document, Identification, PageModel, ReportError, ReportFigures,
     ReportedCompensation,
 };
+use trueaxis_study::validation::Validation;
 use trueaxis_tables::compile::{self, VerifyOutcome, VerifyRequest};
-use trueaxis_tables::policy::{of_blob, stored, tolerance_urad};
 use trueaxis_tables::schemes;
-use trueaxis_tables::validate::Runtime;
 
 /// Write a page with a machine's errors and a compensation's effect
 ///
@@ -96,14 +96,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         (Some(bytes), Some(path)) => Some(load(bytes, path)?),
         _ => None,
     };
-    let mismatch = runtime
-        .as_ref()
-        .and_then(|runtime| compile::belongs(&machine, &errors, runtime).err());
+    let belongs = |runtime| compile::belongs(&machine, &errors, runtime);
+    let mismatch = runtime.as_ref().and_then(|runtime| belongs(runtime).err());
     let runtime = runtime.filter(|_| mismatch.is_none());
-    let verified = match &runtime {
-        Some(runtime) => Some(arguments.verified(&machine, &errors, runtime, &zero_at)?),
-        None => None,
-    };
+    let verified = |runtime| arguments.verified(&machine, &errors, runtime, &zero_at);
+    let verified = runtime.as_ref().map(verified).transpose()?;
     let compensation = runtime.as_ref().zip(verified.as_ref());
     let compensation = compensation.map(|(runtime, verified)| ReportedCompensation {
         runtime,
@@ -116,8 +113,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let conforms = if arguments.calibration_report {
         let calibration = std::mem::take(&mut given.calibration);
         let certificate =
-            certificate::certificate(&machine, &errors, compensation, &report, calibration)
-                .map_err(|error| bad(&error))?;
+            certificate::certificate(&machine, &errors, compensation, &report, calibration);
+        let certificate = certificate.map_err(|error| bad(&error))?;
         arguments.certify(&report, &certificate)?;
         certificate.conforms()
     } else {
@@ -168,7 +165,7 @@ impl Given {
             let text = Text::read(path)?;
             CalibrationRecord::from_toml(&text.text, machine).map_err(|error| text.bad(error))
         });
-        let zero_at = arguments.zero_at.as_deref();
+        let bytes = arguments.blob.as_deref().map(files::read_blob);
         Ok(Self {
             identification: (arguments.identification.as_deref())
                 .map(|path| read_json(path, "what `trueaxis identify --json` prints"))
@@ -177,15 +174,9 @@ impl Given {
                 .map(|path| read_json(path, "a validation.json of `trueaxis linuxcnc calibrate`"))
                 .transpose()?,
             old: arguments.compare.as_deref().map(read_old).transpose()?,
-            bytes: arguments
-                .blob
-                .as_deref()
-                .map(files::read_blob)
-                .transpose()?,
+            bytes: bytes.transpose()?,
             calibration: calibration.transpose()?.unwrap_or_default(),
-            zero_at: zero_at
-                .map(|text| position_argument::zero_position(text, machine))
-                .transpose()?,
+            zero_at: position_argument::zero_position(arguments.zero_at.as_deref(), machine)?,
             document,
         })
     }
@@ -276,13 +267,12 @@ impl Arguments {
         let mut report = report::report(machine, errors, compensation, identification, document)
             .map_err(|error| bad(&error))?;
         report.validation = given.validation.take();
-        let identification = (&self.identification, &report.identification);
-        if let (true, (Some(path), None)) = (self.calibration_report, identification) {
+        if let (Some(path), None) = (&self.identification, &report.identification)
+            && self.calibration_report
+        {
+            let path = path.display();
             return Err(BadInput::new(
-                format!(
-                    "{}: this identification is of another machine",
-                    path.display()
-                ),
+                format!("{path}: this identification is of another machine"),
                 "give the output of `trueaxis identify --json` for this machine, or no identification",
             ));
         }
@@ -293,15 +283,8 @@ impl Arguments {
             eprintln!("warning: {remark}");
             report.remarks.insert(0, remark);
         }
-        match &given.old {
-            Some(old) if old.document.machine == machine.name => {
-                report.changes = Some(report::changes(old, &report));
-            }
-            Some(old) => report.remarks.push(format!(
-                "The older report is of the machine `{}`: it is not compared.",
-                old.document.machine
-            )),
-            None => {}
+        if let Some(old) = &given.old {
+            compare(&mut report, old);
         }
         Ok(report)
     }
@@ -420,4 +403,15 @@ fn said(report: &ReportFigures, output: Option<&Path>) -> String {
         text.push('\n');
     }
     text
+}
+
+/// Compares a report with an older one, if that is of the same machine.
+fn compare(report: &mut ReportFigures, old: &ReportFigures) {
+    let name = &old.document.machine;
+    match *name == report.document.machine {
+        true => report.changes = Some(report::changes(old, report)),
+        false => report.remarks.push(format!(
+            "The older report is of the machine `{name}`: it is not compared."
+        )),
+    }
 }

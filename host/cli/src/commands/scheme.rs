@@ -112,40 +112,16 @@ impl SchemeArguments {
     pub fn schemes(&self, machine: &Machine) -> Result<Vec<(Scheme, String)>, BadInput> {
         let name = self.scheme.name();
         let chosen = name.split(':').next().unwrap_or_default();
-        let given = self.own.given();
-        let stranger = given
-            .into_iter()
-            .find(|(_, owners)| !owners.contains(&chosen));
-        if let Some((option, owners)) = stranger {
-            let why = match option {
-                // Applies to every scheme that folds several errors into one table, not only `poly25`.
-                "--adjust" => {
-                    ": its tables belong to all errors together, and no weight to one error"
-                }
-                _ => "",
-            };
-            return Err(BadInput::new(
-                format!("{option} is given, but --scheme {name} knows nothing of it{why}"),
-                format!(
-                    "leave out {option}, or use --scheme {}",
-                    owners.join(" or ")
-                ),
-            ));
-        }
+        self.own.belong_to(chosen, &name)?;
         let schemes = self.own.with(&self.scheme, machine)?;
-        let place = |scheme: &Scheme| {
+        let named = schemes.into_iter().map(|scheme| {
             let held = scheme.held(machine).into_iter();
             let held: Vec<String> = held
                 .map(|(axis, position)| format!("{}{position}", machine.axes[axis].letter))
                 .collect();
-            held.join("-")
-        };
-        let named: Vec<(Scheme, String)> = (schemes.into_iter())
-            .map(|scheme| {
-                let place = place(&scheme);
-                (scheme, place)
-            })
-            .collect();
+            (scheme, held.join("-"))
+        });
+        let named: Vec<(Scheme, String)> = named.collect();
         for (k, (_, place)) in named.iter().enumerate() {
             if named[..k].iter().any(|(_, other)| other == place) {
                 return Err(BadInput::new(
@@ -178,15 +154,29 @@ impl OwnArguments {
         given.map(|(option, owners, _)| (option, owners)).collect()
     }
 
+    /// Refuses options of other schemes than the chosen one.
+    fn belong_to(&self, chosen: &str, name: &str) -> Result<(), BadInput> {
+        let mut given = self.given().into_iter();
+        let Some((option, owners)) = given.find(|(_, owners)| !owners.contains(&chosen)) else {
+            return Ok(());
+        };
+        let why = match option {
+            // Applies to every scheme that folds several errors into one table, not only `poly25`.
+            "--adjust" => ": its tables belong to all errors together, and no weight to one error",
+            _ => "",
+        };
+        let owners = owners.join(" or ");
+        Err(BadInput::new(
+            format!("{option} is given, but --scheme {name} knows nothing of it{why}"),
+            format!("leave out {option}, or use --scheme {owners}"),
+        ))
+    }
+
     /// A scheme with the given options of its own, one for each given position of the rotary axes.
     pub fn with(&self, scheme: &Scheme, machine: &Machine) -> Result<Vec<Scheme>, BadInput> {
         let mut scheme = scheme.clone();
         match &mut scheme {
-            Scheme::Exact { minimize } => {
-                if let Some(given) = self.minimize {
-                    *minimize = given;
-                }
-            }
+            Scheme::Exact { minimize } => *minimize = self.minimize.unwrap_or(*minimize),
             Scheme::Grid3d(wanted) => {
                 wanted.threshold = self.threshold.map_or(wanted.threshold, |um| 1e-3 * um);
                 wanted.rms = self.rms.unwrap_or(wanted.rms);
@@ -198,9 +188,8 @@ impl OwnArguments {
                 let wanted = wanted.clone();
                 let at = |text: &String| {
                     let rotary = position_argument::within_travel("--rotary", text, machine)?;
-                    let rotary = Some(rotary);
                     Ok(Scheme::Grid3d(grid3d::Wanted {
-                        rotary,
+                        rotary: Some(rotary),
                         ..wanted.clone()
                     }))
                 };

@@ -12,9 +12,9 @@ use super::random::RandomOptions;
 use super::scheme::OwnArguments;
 use super::{offered, position_argument, target};
 use clap::Args;
-use trueaxis_measure::compare::{self, ComparisonRecord, SinglesRecord};
+use trueaxis_model::policy::stored;
+use trueaxis_report::scheme_comparison::{compare, single, single_schemes};
 use trueaxis_tables::compile::Options;
-use trueaxis_tables::policy::stored;
 use trueaxis_tables::schemes::{self, Scheme};
 
 /// Compare all schemes on one machine, side by side
@@ -64,13 +64,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, errors) = arguments.files.read()?;
     let every = match arguments.single {
         false => Scheme::every(),
-        true => compare::single_schemes(),
+        true => single_schemes(),
     };
-    let schemes: Result<Vec<Vec<Scheme>>, BadInput> = every
-        .iter()
-        .map(|scheme| arguments.own.with(scheme, &machine))
-        .collect();
-    let schemes = schemes?.concat();
+    let schemes = every.iter().map(|one| arguments.own.with(one, &machine));
+    let schemes = schemes.collect::<Result<Vec<_>, _>>()?.concat();
     let zero_at = arguments.zero_at.as_deref();
     let options = Options {
         tables: schemes::Options {
@@ -78,9 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             tolerance: arguments.tolerance * 1e-3,
             points: arguments.points.map(|n| n as usize),
             format: target.samples,
-            zero_at: zero_at
-                .map(|text| position_argument::zero_position(text, &machine))
-                .transpose()?,
+            zero_at: position_argument::zero_position(zero_at, &machine)?,
             target,
         },
         random: arguments.random.random as usize,
@@ -90,22 +85,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let policy = stored(options.tables.policy);
     let bar = ProgressBarOnScreen::new();
     if arguments.single {
-        let found = compare::single(&machine, &errors, &schemes, &options, &bar);
+        let found = single(&machine, &errors, &schemes, &options, zero_at, &bar);
         drop(bar);
-        let answer = SinglesRecord::new(&machine, &schemes, &found, &options, zero_at);
-        match arguments.json {
-            true => files::print_json(&answer)?,
-            false => files::print(&shown::singles(&answer, policy))?,
-        }
+        files::print_answer(arguments.json, &found, || shown::singles(&found, policy))?;
         return Ok(Outcome::Done);
     }
-    let compared = compare::compare(&machine, &errors, &schemes, &options, &bar);
+    let found = compare(&machine, &errors, &schemes, &options, zero_at, &bar);
     drop(bar);
-    let answer = ComparisonRecord::new(&machine, &compared, &options, zero_at);
-    if arguments.json {
-        files::print_json(&answer)?;
-    } else {
-        files::print(&shown::comparison(&answer, policy))?;
-    }
+    files::print_answer(arguments.json, &found, || shown::comparison(&found, policy))?;
     Ok(Outcome::Done)
 }

@@ -1,10 +1,10 @@
 //! Text output that several commands share.
 
 use trueaxis_model::kinematics::Policy;
+use trueaxis_model::uncertainty::OverTravel;
+use trueaxis_model::validate::{Quality, Statistics, Verification};
 use trueaxis_tables::compile::{AxisBounds, Proof, Size};
 use trueaxis_tables::reversal::Reversal;
-use trueaxis_tables::uncertainty::OverTravel;
-use trueaxis_tables::validate::{Quality, Statistics, Verification};
 
 /// The region where tables can follow the correction.
 const INSIDE: &str = "inside the ranges of the error motions";
@@ -27,8 +27,8 @@ pub fn summary(verification: &Proof) -> String {
         "mean",
         "largest"
     );
-    let mut rows = |before: &str, after: &str, found: &Verification| {
-        for (name, quality) in [(before, &found.before), (after, &found.after)] {
+    let mut rows = |before: &str, found: &Verification| {
+        for (name, quality) in [(before, &found.before), ("with the tables", &found.after)] {
             let [tip, direction] = [&quality.translation_um, &quality.direction_urad]
                 .map(|s| format!("{:>10} {:>10}", number(s.mean), number(s.max)));
             text += &format!("{name:34}{tip}      {direction}\n");
@@ -39,26 +39,14 @@ pub fn summary(verification: &Proof) -> String {
         &verification.inside,
         &verification.outside,
     ) {
-        (Some(held), ..) => rows(
-            "before, at these rotary positions",
-            "with the tables",
-            &held.found,
-        ),
+        (Some(held), ..) => rows("before, at these rotary positions", &held.found),
         (None, Some(inside), outside) if verification.partly_calibrated => {
-            rows(
-                "before, inside the calibrated ranges",
-                "with the tables",
-                inside,
-            );
+            rows("before, inside the calibrated ranges", inside);
             if let Some(outside) = outside {
-                rows("before, outside of them", "with the tables", outside);
+                rows("before, outside of them", outside);
             }
         }
-        _ => rows(
-            "before, over the whole travel",
-            "with the tables",
-            &verification.travel,
-        ),
+        _ => rows("before, over the whole travel", &verification.travel),
     }
     text
 }

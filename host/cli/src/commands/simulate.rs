@@ -16,11 +16,11 @@ use super::number::{finite, percent, size, three};
 use super::quantity::count;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
-use trueaxis_measure::formats::probings;
-use trueaxis_measure::simulate::{self, Disturbances, SimulateError, compensated, corrections};
+use trueaxis_identify::formats::probings;
+use trueaxis_identify::simulate::{self, Disturbances, SimulateError, compensated, corrections};
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile::belongs;
-use trueaxis_tables::validate::Runtime;
 
 /// Simulate measurements of a machine with known errors, or a controller
 ///

@@ -6,7 +6,7 @@ use super::{Outcome, bad_input::BadInput};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::skew::measured::{PLANES, lean, parameters, printer};
+use trueaxis_export::skew::measured::{PLANES, lean, parameters, printer};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
@@ -101,15 +101,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::write(machine_path, text.text.as_bytes())?;
     }
     files::write(errors_path, merged.as_bytes())?;
-    match arguments.json {
-        true => files::print_json(&SkewAnswer {
-            machine: machine_path,
-            machine_written: new.is_some(),
-            errors: errors_path,
-            planes: &planes,
-        })?,
-        false => files::print(&screen(arguments, new.is_some(), &planes))?,
-    }
+    let answer = SkewAnswer {
+        machine: machine_path,
+        machine_written: new.is_some(),
+        errors: errors_path,
+        planes: &planes,
+    };
+    files::print_answer(arguments.json, &answer, || {
+        screen(arguments, new.is_some(), &planes)
+    })?;
     Ok(Outcome::Done)
 }
 
@@ -196,20 +196,7 @@ fn merged(path: &Path, machine: &Machine, planes: &[SkewPlane]) -> Result<String
     let all = || planes.iter().flat_map(|plane| &plane.parameters);
     let mut text = match path.exists() {
         true => {
-            let before = files::read_errors(path, machine)?;
-            let correlated = before.correlated.unwrap_or_default();
-            let is_there = |(name, _): &&(&str, f64)| {
-                Parameter::parse(name).is_some_and(|p| correlated.parameters.contains(&p))
-            };
-            if let Some((name, _)) = all().find(is_there) {
-                return Err(BadInput::new(
-                    format!(
-                        "{}: its covariance file has the uncertainty of {name} as it was measured before",
-                        path.display()
-                    ),
-                    "take `covariance` out of [uncertainty], or give --errors another name",
-                ));
-            }
+            not_correlated(path, machine, all())?;
             Text::read(path)?.text
         }
         false => format!(
@@ -229,11 +216,9 @@ fn merged(path: &Path, machine: &Machine, planes: &[SkewPlane]) -> Result<String
         let (Some(parameter), Ok(again)) = (Parameter::parse(name), &again) else {
             return false;
         };
-        let of_before = [&again.standard_uncertainty, &again.unseen];
+        let mut of_before = [&again.standard_uncertainty, &again.unseen].into_iter();
         again.parameters.get(&parameter).copied().unwrap_or(0.0) == *value
-            && of_before
-                .iter()
-                .all(|entries| !entries.contains_key(&parameter))
+            && of_before.all(|entries| !entries.contains_key(&parameter))
     };
     match all().all(holds) {
         true => Ok(text),
@@ -243,6 +228,26 @@ fn merged(path: &Path, machine: &Machine, planes: &[SkewPlane]) -> Result<String
                 path.display()
             ),
             "take its squareness out of the file, or give --errors another name",
+        )),
+    }
+}
+
+/// Refuses an error file whose covariances have one of the parameters.
+fn not_correlated<'p>(
+    path: &Path,
+    machine: &Machine,
+    mut all: impl Iterator<Item = &'p (&'p str, f64)>,
+) -> Result<(), BadInput> {
+    let before = files::read_errors(path, machine)?;
+    let correlated = before.correlated.unwrap_or_default().parameters;
+    match all.find(|(name, _)| Parameter::parse(name).is_some_and(|p| correlated.contains(&p))) {
+        None => Ok(()),
+        Some((name, _)) => Err(BadInput::new(
+            format!(
+                "{}: its covariance file has the uncertainty of {name} as it was measured before",
+                path.display()
+            ),
+            "take `covariance` out of [uncertainty], or give --errors another name",
         )),
     }
 }

@@ -3,7 +3,7 @@
 use super::bad_input::BadInput;
 use super::number::{cone, positive};
 use clap::Args;
-use trueaxis_measure::plan::Probe;
+use trueaxis_probing::plan::Probe;
 
 /// Geometry of the touches.
 #[derive(Clone, Args)]

@@ -58,8 +58,8 @@ fn text(verdict: &ReportVerdict, coloured: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trueaxis_model::validate::{Quality, Statistics};
     use trueaxis_report::Volumetric;
-    use trueaxis_tables::validate::{Quality, Statistics};
 
     fn share(name: &str, mean: f64) -> Share {
         let translation_um = Statistics {

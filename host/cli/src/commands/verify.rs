@@ -13,9 +13,9 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::Runtime;
 use trueaxis_report::{self as report, ReportedCompensation};
 use trueaxis_tables::compile::{self, Size, VerifyOutcome, VerifyRequest};
-use trueaxis_tables::validate::Runtime;
 
 /// Compare a compensation with the rigid-body model at random positions
 ///
@@ -99,11 +99,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 impl Arguments {
     fn request(&self, machine: &Machine) -> Result<VerifyRequest, BadInput> {
-        let zero_at = self.zero_at.as_deref();
-        let zero_at = zero_at.map(|text| position_argument::zero_position(text, machine));
         Ok(VerifyRequest {
             tolerance_um: self.tolerance,
-            zero_at: zero_at.transpose()?,
+            zero_at: position_argument::zero_position(self.zero_at.as_deref(), machine)?,
             held: self.held(machine)?,
             random: self.random.random as usize,
             seed: self.random.seed,

@@ -1,6 +1,6 @@
 //! The ball-bar: path, simulation and analysis through the command.
 
-use crate::program::{Folder, answer, example, refused};
+use crate::program::{Folder, example};
 
 const CENTRE: &str = "X=12,Y=-7,Z=5";
 
@@ -14,35 +14,21 @@ fn figure(json: &str, pointer: &str) -> f64 {
 #[test]
 fn a_hemisphere_is_written_simulated_and_its_readings_analysed() {
     let folder = Folder::new();
-    let (machine, errors) = (example("hu40/machine.toml"), example("hu40/errors-13.toml"));
-    let (blob, csv, ngc) = (
-        folder.at("hu40.trax"),
-        folder.at("r.csv"),
-        folder.at("p.ngc"),
-    );
-    answer(
-        0,
-        &["compile", &machine, &errors, "-o", &blob, "--random", "200"],
-    );
-    let said = answer(
-        0,
-        &["ballbar", "path", &machine, "--at", CENTRE, "-o", &ngc],
-    );
+    let hu40 = "@hu40/machine.toml @hu40/errors-13.toml";
+    folder.answer(&format!("compile {hu40} -o %hu40.trax --random 200"));
+    let path = format!("ballbar path @hu40/machine.toml --at {CENTRE} -o %p.ngc");
+    let said = folder.answer(&path);
     assert!(said.ends_with(": 19809 positions\n"), "{said}");
-    let program = std::fs::read_to_string(&ngc).unwrap();
-    assert_eq!(
-        program.lines().filter(|line| line.contains('X')).count(),
-        19_809
-    );
-    let few = ["--at", CENTRE, "--steps", "180"];
-    let simulated = ["ballbar", "simulate", &machine, &errors];
-    let options = ["--compensation", &blob, "-o", &csv, "--json"];
-    let json = answer(0, &[&simulated[..], &few, &options].concat());
+    let program = folder.text("p.ngc");
+    let positions = program.lines().filter(|line| line.contains('X'));
+    assert_eq!(positions.count(), 19_809);
+    let options = format!("--at {CENTRE} --steps 180 --compensation %hu40.trax -o %r.csv --json");
+    let json = folder.answer(&format!("ballbar simulate {hu40} {options}"));
     let [before, after] = ["/before/form_um", "/after/form_um"].map(|name| figure(&json, name));
     // Squareness of about 100 µrad on a bar of 150 mm; tables of 0.05 µm at both balls.
     assert!(before > 5.0 && after < 0.2, "{json}");
     assert!(figure(&json, "/after/size_um").abs() < 0.1, "{json}");
-    let analysed = answer(0, &["ballbar", "analyse", &csv, "--json"]);
+    let analysed = folder.answer("ballbar analyse %r.csv --json");
     // The file has readings to 0.1 nm, and positions to 0.1 µm.
     for name in ["size_um", "form_um", "form_deviation_um", "rms_um"] {
         let off = figure(&json, &format!("/after/{name}"))
@@ -64,31 +50,23 @@ fn a_hemisphere_is_written_simulated_and_its_readings_analysed() {
 #[test]
 fn squareness_alone_makes_the_form_and_the_circle_that_geometry_says() {
     let folder = Folder::new();
-    let machine = example("mill-21/machine.toml");
-    let name = std::fs::read_to_string(&machine).unwrap();
+    let name = std::fs::read_to_string(example("mill-21/machine.toml")).unwrap();
     let name = name.lines().find(|line| line.starts_with("name")).unwrap();
-    let errors = folder.file(
+    let name = name.replace("name", "machine");
+    folder.file(
         "errors.toml",
-        format!(
-            "{}\n[parameters]\nEC0X = 40e-6\n",
-            name.replace("name", "machine")
-        ),
+        format!("{name}\n[parameters]\nEC0X = 40e-6\n"),
     );
-    let at = ["--at", "X=250,Y=150,Z=-200", "--radius", "100"];
-    let simulated = [
-        "ballbar", "simulate", &machine, &errors, "--steps", "180", "--json",
-    ];
-    let json = answer(0, &[&simulated[..], &at].concat());
+    let mill = "@mill-21/machine.toml %errors.toml --at X=250,Y=150,Z=-200 --radius 100";
+    let json = folder.answer(&format!("ballbar simulate {mill} --steps 180 --json"));
     // 40 µrad · 100 mm · x y, with x y between -1/2 and 1/2 on a hemisphere: 4 µm. The equator is only travelled on
     // one side, so the least-squares sphere is tilted there and leaves a little more.
     let form = figure(&json, "/before/form_um");
     assert!((4.0..4.4).contains(&form), "{json}");
-    let circle = folder.at("circle.csv");
-    let plane = [
-        "simulate", "ballbar", &machine, &errors, "--plane", "XY", "-o", &circle,
-    ];
-    answer(0, &[&plane[..], &at].concat());
-    let json = answer(0, &["ballbar", "analyse", &circle, "--json"]);
+    folder.answer(&format!(
+        "simulate ballbar {mill} --plane XY -o %circle.csv"
+    ));
+    let json = folder.answer("ballbar analyse %circle.csv --json");
     for pointer in [
         "/circle/g_um/0",
         "/circle/g_um/1",
@@ -102,7 +80,7 @@ fn squareness_alone_makes_the_form_and_the_circle_that_geometry_says() {
     assert!((figure(&json, "/circle/f_max_um") - 2.0).abs() < 1e-3);
     assert!((figure(&json, "/circle/f_min_um") + 2.0).abs() < 1e-3);
     assert!(figure(&json, "/circle/h_um") < 1e-3);
-    let said = answer(0, &["ballbar", "analyse", &circle]);
+    let said = folder.answer("ballbar analyse %circle.csv");
     assert!(
         said.contains("G(XY) counter-clockwise") && said.contains("H(XY)"),
         "{said}"
@@ -112,27 +90,23 @@ fn squareness_alone_makes_the_form_and_the_circle_that_geometry_says() {
 #[test]
 fn what_cannot_be_is_refused() {
     let folder = Folder::new();
-    let machine = example("hu40/machine.toml");
-    let path = |options: &[&str], parts: &[&str]| {
-        refused(&[&["ballbar", "path", &machine], options].concat(), parts);
+    let path = |options: &str, parts: &[&str]| {
+        folder.refused(&format!("ballbar path @hu40/machine.toml {options}"), parts);
     };
-    path(&["--at", "X=5000"], &["its travel is", "--at"]);
-    path(
-        &["--at", CENTRE, "--meridians", "7"],
-        &["no whole number of steps between 7 meridians", "1400 for 7"],
-    );
-    path(&["--at", "Q=1"], &["the machine has no axis `Q`"]);
-    let line = folder.file(
+    path("--at X=5000", &["its travel is", "--at"]);
+    let uneven = ["no whole number of steps between 7 meridians", "1400 for 7"];
+    path(&format!("--at {CENTRE} --meridians 7"), &uneven);
+    path("--at Q=1", &["the machine has no axis `Q`"]);
+    let head = "# radius_mm = 100\n# unit = \"um\"\nX,Y,Z,radial\n";
+    folder.file(
         "line.csv",
-        "# radius_mm = 100\n# unit = \"um\"\nX,Y,Z,radial\n100,0,0,1\n-100,0,0,2\n100,0,0,1\n",
+        format!("{head}100,0,0,1\n-100,0,0,2\n100,0,0,1\n"),
     );
-    refused(
-        &["ballbar", "analyse", &line],
-        &["do not determine both centre and radius", "hemisphere"],
-    );
-    let unknown = folder.file("unknown.csv", "# radius = 100\nangle,ccw\n");
-    refused(
-        &["ballbar", "analyse", &unknown],
+    let line = ["do not determine both centre and radius", "hemisphere"];
+    folder.refused("ballbar analyse %line.csv", &line);
+    folder.file("unknown.csv", "# radius = 100\nangle,ccw\n");
+    folder.refused(
+        "ballbar analyse %unknown.csv",
         &["radius", "radius_mm = 150.0"],
     );
 }

@@ -1,7 +1,8 @@
 //! The calibration report: one example as it is read, what is missing, hostile text, limits, and messages about bad input.
 
 use crate::identify::probings;
-use crate::program::{Folder, answer, blob, example, refused, trueaxis};
+use crate::program::{Folder, answer, blob, done, example, refused, split, trueaxis};
+use serde_json::Value;
 use trueaxis_tests::shown::same;
 
 /// The files of a calibration of the Kolibri: error parameters and the identification.
@@ -9,21 +10,10 @@ fn kolibri(folder: &Folder) -> [String; 3] {
     let machine = example("kolibri/machine.toml");
     let artefact = example("kolibri/artefact.toml");
     let (probings, errors) = (probings(folder, &["--seed", "3"]), folder.at("errors.toml"));
-    let found = answer(
-        0,
-        &[
-            "identify",
-            &machine,
-            &probings,
-            "--artefact",
-            &artefact,
-            "--model",
-            "10",
-            "-o",
-            &errors,
-            "--json",
-        ],
-    );
+    let found = done(&format!(
+        "identify {machine} {probings} --artefact {artefact} --model 10 -o {errors} \
+             --json"
+    ));
     [machine, errors, folder.file("found.json", found)]
 }
 
@@ -159,33 +149,14 @@ fn a_certificate_without_statements_says_what_is_missing_and_nothing_about_confo
 #[test]
 fn limits_are_judged_with_their_uncertainty_and_the_tables() {
     let folder = Folder::new();
-    let files = ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
     // EZ0S is 55.6 µm with a standard uncertainty of 3.4 µm and more: verified to be more than 30, and less than 90.
-    let limit =
-        |quantity: &str, um: f64| format!("[[limit]]\nquantity = \"{quantity}\"\num = {um}\n");
-    let found = folder.file("found.json", identified("Huron K2X8-Five", ""));
+    let errors = example("huron-k2x8/errors-13.toml");
     let judged = |all: &[(&str, f64)], more: &[&str]| {
         let limits = all.iter().map(|(quantity, um)| limit(quantity, *um));
-        let text = STATED.to_owned() + &limits.collect::<String>();
-        let path = folder.file("limits.toml", text);
-        let start = [
-            "report",
-            &files[0],
-            &files[1],
-            "--calibration-report",
-            "--json",
-            "--calibration",
-            &path,
-            "--identification",
-            &found,
-        ];
-        let output = trueaxis(&[&start, more].concat());
-        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        let decisions = json["judged"].as_array().unwrap().iter();
-        let all: Vec<String> = decisions
-            .map(|one| one["decision"].as_str().unwrap().to_owned())
-            .collect();
-        (output.status.code(), all, json)
+        let stated = STATED.to_owned() + &limits.collect::<String>();
+        let (code, all, json) = decided(&folder, &errors, &stated, identified(""), more);
+        let decisions = all.into_iter().map(|[decision, _]| decision);
+        (code, decisions.collect::<Vec<_>>(), json)
     };
     let (code, decisions, _) = judged(&[("EZ0S", 30.0), ("EZ0S", 90.0), ("EZ0S", 56.0)], &[]);
     assert_eq!(
@@ -211,50 +182,81 @@ fn limits_are_judged_with_their_uncertainty_and_the_tables() {
 /// The date and an instrument.
 const STATED: &str = "date = 2026-11-26\n[[instrument]]\nname = \"Touch probe\"\n";
 
-/// The least that a calibration report reads of an identification, with `more` keys.
-fn identified(machine: &str, more: &str) -> String {
-    format!(
-        r#"{{ "machine": "{machine}", "probings": 0, "probed": [], "balls": [], "parameters": [], "correlations": [],
+/// A limit in the unit of its quantity.
+fn limit(quantity: &str, at_most: f64) -> String {
+    let unit = match quantity {
+        "EYY1" => "um_per_m",
+        "direction mean" => "urad",
+        _ => "um",
+    };
+    format!("[[limit]]\nquantity = \"{quantity}\"\n{unit} = {at_most:?}\n")
+}
+
+/// The least that a calibration report of the Huron reads of an identification, with `more` keys.
+fn identified(more: &str) -> Option<String> {
+    Some(format!(
+        r#"{{ "machine": "Huron K2X8-Five", "probings": 0, "probed": [], "balls": [], "parameters": [], "correlations": [],
             "unseen": [], "noise_um": 1.0, "noise_of_stated": 1.0, "degrees_of_freedom": 100, "condition": 1.0, "held_out": null,
             "left_um": [1.0, 1.0, 1.0], "checks": [], "outliers": [], "rows": []{more} }}"#
-    )
+    ))
+}
+
+/// The exit code of a calibration report of the Huron with these errors (a file), statements and identification, each
+/// decision with its reason, and all of it.
+fn decided(
+    folder: &Folder,
+    errors: &str,
+    stated: &str,
+    found: Option<String>,
+    more: &[&str],
+) -> (Option<i32>, Vec<[String; 2]>, Value) {
+    let machine = example("huron-k2x8/machine.toml");
+    let calibration = folder.file("limits.toml", stated);
+    let found = found.map(|text| folder.file("found.json", text));
+    let line = format!("report {machine} {errors} --calibration-report --json");
+    let mut arguments = split(&line);
+    arguments.extend(["--calibration", &calibration]);
+    arguments.extend(found.iter().flat_map(|path| ["--identification", path]));
+    let output = trueaxis(&[&arguments, more].concat());
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let text = |one: &Value, key: &str| one[key].as_str().unwrap_or("").to_owned();
+    let all = json["judged"].as_array().unwrap().iter();
+    let all = all.map(|one| [text(one, "decision"), text(one, "why")]);
+    (output.status.code(), all.collect(), json.clone())
+}
+
+/// Errors of the Huron without their covariance, and without `others`.
+fn huron_without(others: &[&str]) -> String {
+    let text = std::fs::read_to_string(example("huron-k2x8/errors-13.toml")).unwrap();
+    let is_out = |line: &&str| {
+        let mut out = others.iter().chain(&["covariance"]);
+        !out.any(|name| line.starts_with(name))
+    };
+    let lines = text.lines().filter(is_out);
+    lines.map(|line| line.to_owned() + "\n").collect()
 }
 
 #[test]
 fn nothing_passes_without_its_grounds() {
     let folder = Folder::new();
-    let machine = example("huron-k2x8/machine.toml");
     let text = std::fs::read_to_string(example("huron-k2x8/errors-13.toml")).unwrap();
     let without_backlash = folder.file("without-backlash.toml", text.clone());
-    let backlash = "EXXb = 1e-3\n\n[standard_uncertainty]";
-    let errors = folder.file(
-        "errors.toml",
-        text.replace("\n[standard_uncertainty]", backlash),
-    );
+    let backlash = |text: &str| {
+        let with = "EXXb = 1e-3\n\n[standard_uncertainty]";
+        text.replace("\n[standard_uncertainty]", with)
+    };
+    let errors = folder.file("errors.toml", backlash(&text));
     // All with limits that no interval reaches.
     let limits = [
         "EZ0S", "tip p95", "E X", "E +X+Y+Z", "F XY", "G XY", "B X", "EYY1",
     ]
-    .map(|quantity| {
-        let unit = if quantity == "EYY1" { "um_per_m" } else { "um" };
-        format!("[[limit]]\nquantity = \"{quantity}\"\n{unit} = 9999.0\n")
-    });
+    .map(|quantity| limit(quantity, 9999.0));
     let judged = |stated: &str, errors: &str, found: Option<String>| {
-        let calibration = folder.file("limits.toml", stated.to_owned() + &limits.concat());
-        let mut arguments = vec!["report", &machine, errors, "--calibration-report", "--json"];
-        arguments.extend(["--calibration", &calibration]);
-        let found = found.map(|text| folder.file("found.json", text));
-        arguments.extend(found.iter().flat_map(|path| ["--identification", path]));
-        let output = trueaxis(&arguments);
-        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        let judged = json["judged"].as_array().unwrap().iter();
-        let text = |one: &serde_json::Value, key: &str| one[key].as_str().unwrap_or("").to_owned();
-        let all: Vec<[String; 2]> = judged
-            .map(|one| [text(one, "decision"), text(one, "why")])
-            .collect();
-        (output.status.code(), all)
+        let stated = stated.to_owned() + &limits.concat();
+        let (code, all, _) = decided(&folder, errors, &stated, found, &[]);
+        (code, all)
     };
-    let found = |more: &str| Some(identified("Huron K2X8-Five", more));
+    let found = identified;
     let (code, all) = judged(STATED, &errors, found(""));
     assert!(
         all.iter().all(|[decision, _]| decision == "pass"),
@@ -294,12 +296,7 @@ fn nothing_passes_without_its_grounds() {
         assert_eq!(code, Some(1), "{reason}");
     }
     // The scale of X is not known, so neither is any length: only form and reversal can pass.
-    let text = std::fs::read_to_string(&errors).unwrap();
-    let left = text.lines().filter(|line| !line.starts_with("EXX1"));
-    let left = left.filter(|line| !line.starts_with("covariance"));
-    let left: String = left.map(|line| line.to_owned() + "\n").collect();
-    assert_ne!(left.lines().count(), text.lines().count());
-    let errors = folder.file("relative.toml", left);
+    let errors = folder.file("relative.toml", backlash(&huron_without(&["EXX1"])));
     let (code, all) = judged(STATED, &errors, found(""));
     let decisions: Vec<&str> = all.iter().map(|[decision, _]| &decision[..]).collect();
     let [pass, open] = ["pass", "not_decided"];
@@ -314,12 +311,7 @@ fn nothing_passes_without_its_grounds() {
     );
     assert_eq!(code, Some(1));
     // Without that of Y, nor is the form of a circle; the reversal of X is.
-    let text = std::fs::read_to_string(&errors).unwrap();
-    let left = text.lines().filter(|line| !line.starts_with("EYY1"));
-    let errors = folder.file(
-        "none.toml",
-        left.map(|line| line.to_owned() + "\n").collect::<String>(),
-    );
+    let errors = folder.file("none.toml", backlash(&huron_without(&["EXX1", "EYY1"])));
     let (_, all) = judged(STATED, &errors, found(""));
     assert_eq!([&all[5][0][..], &all[6][0]], [open, pass], "{all:?}");
     assert!(all[5][1].contains("scales of Y and X"), "{all:?}");
@@ -328,11 +320,6 @@ fn nothing_passes_without_its_grounds() {
 #[test]
 fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matters() {
     let folder = Folder::new();
-    let machine = example("huron-k2x8/machine.toml");
-    let text = std::fs::read_to_string(example("huron-k2x8/errors-13.toml")).unwrap();
-    let text = text.lines().filter(|line| !line.starts_with("covariance"));
-    let text: String = text.map(|line| line.to_owned() + "\n").collect();
-    let found = folder.file("found.json", identified("Huron K2X8-Five", ""));
     let names = [
         "EZ0S",
         "tip p95",
@@ -343,35 +330,15 @@ fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matte
         "G XY",
         "G YZ",
     ];
-    let limits = names.map(|name| {
-        let unit = if name.starts_with("dir") {
-            "urad"
-        } else {
-            "um"
-        };
-        format!("[[limit]]\nquantity = \"{name}\"\n{unit} = 9999.0\n")
-    });
-    let calibration = folder.file("limits.toml", STATED.to_owned() + &limits.concat());
+    let limits = names.map(|name| limit(name, 9999.0));
+    let stated = STATED.to_owned() + &limits.concat();
     let open = |more: &str| {
-        let errors = folder.file("errors.toml", text.clone() + more);
-        let output = trueaxis(&[
-            "report",
-            &machine,
-            &errors,
-            "--calibration-report",
-            "--json",
-            "--calibration",
-            &calibration,
-            "--identification",
-            &found,
-        ]);
-        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        let all = json["judged"].as_array().unwrap().iter().zip(names);
-        let open = all.filter(|(one, _)| one["decision"] == "not_decided");
-        let open: Vec<(&str, String)> = open
-            .map(|(one, name)| (name, one["why"].as_str().unwrap().to_owned()))
-            .collect();
-        (output.status.code(), open)
+        let errors = folder.file("errors.toml", huron_without(&[]) + more);
+        let (code, all, _) = decided(&folder, &errors, &stated, identified(""), &[]);
+        let open = all.into_iter().zip(names);
+        let open = open.filter(|([decision, _], _)| decision == "not_decided");
+        let open = open.map(|([_, why], name)| (name, why));
+        (code, open.collect::<Vec<(&str, String)>>())
     };
     let names =
         |open: &[(&'static str, String)]| -> Vec<&str> { open.iter().map(|o| o.0).collect() };
@@ -397,29 +364,14 @@ fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matte
 fn a_limit_of_tip_and_direction_can_be_decided_for_the_probed_zone() {
     let folder = Folder::new();
     let machine = example("huron-k2x8/machine.toml");
-    let text = std::fs::read_to_string(example("huron-k2x8/errors-13.toml")).unwrap();
-    let text = text.lines().filter(|line| !line.starts_with("covariance"));
-    let text: String = text.map(|line| line.to_owned() + "\n").collect();
     let zone = "[calibrated]\nX = [-320.0, 320.0]\nY = [-100.0, 100.0]\n";
-    let errors = folder.file("errors.toml", text + zone);
-    let found = folder.file("found.json", identified("Huron K2X8-Five", ""));
-    let report = |limit: &str| {
-        let calibration = folder.file("limits.toml", format!("{STATED}[[limit]]\n{limit}\n"));
-        let mut arguments = vec![
-            "report",
-            &machine,
-            &errors,
-            "--calibration-report",
-            "--json",
-        ];
-        arguments.extend(["--calibration", &calibration, "--identification", &found]);
-        trueaxis(&arguments)
-    };
+    let errors = folder.file("errors.toml", huron_without(&[]) + zone);
     let judged = |limit: &str| {
-        let json: serde_json::Value = serde_json::from_slice(&report(limit).stdout).unwrap();
+        let stated = format!("{STATED}[[limit]]\n{limit}\n");
+        let (_, all, json) = decided(&folder, &errors, &stated, identified(""), &[]);
         let one = &json["judged"][0];
-        let text = |key: &str| one[key].as_str().unwrap_or("").to_owned();
-        (text("decision"), text("words"), one["value"].as_f64())
+        let words = one["words"].as_str().unwrap().to_owned();
+        (all[0][0].clone(), words, one["value"].as_f64())
     };
     let limit = |zone: &str| format!("quantity = \"tip p95\"\num = 9999.0{zone}");
     let (whole, words, over_travel) = judged(&limit(""));
@@ -441,9 +393,10 @@ fn a_limit_of_tip_and_direction_can_be_decided_for_the_probed_zone() {
             "`middle` is not a zone",
         ),
     ] {
-        let output = report(limit);
-        assert_eq!(output.status.code(), Some(2));
-        assert!(String::from_utf8_lossy(&output.stderr).contains(message));
+        let stated = folder.file("limits.toml", format!("{STATED}[[limit]]\n{limit}\n"));
+        let line =
+            format!("report {machine} {errors} --calibration-report --json --calibration {stated}");
+        refused(&split(&line), &[message]);
     }
 }
 
@@ -484,146 +437,65 @@ fn nothing_of_a_statement_is_run() {
     );
 }
 
+/// A file, and what is said of it.
+const BAD_CALIBRATIONS: &str = r#"operater = "A" | line 1 | unknown field `operater`
+operator = "A"\nlaboratory = "LONG" | line 2 | 49 characters | room for 48 | shorten it
+operator = " " | line 1 | this text is empty | leave it out if it is unknown
+[[temperature]]\nplace = "air"\ncelsius = [293.0, 294.0] | line 3 | not a range of temperatures | in °C
+[[temperature]]\nplace = "air"\ncelsius = [21.0, 20.0] | line 3 | 21 to 20 °C
+[[temperature]]\nplace = "air"\ncelsius = [20,0, 21,0] | line 3 | decimal point, not a comma
+[uncertainty]\nlobes_um = -0.3 | line 2 | -0.3 µm is not a standard uncertainty | Leave it out if it is unknown
+LIMIT "EZ0B"\num = 1.0 | line 3 | no parameter EZ0B
+LIMIT "roundness"\num = 1.0 | line 3 | not a quantity that can be limited
+LIMIT "G XW"\num = 1.0 | line 3 | not a quantity that can be limited | "G XY"
+LIMIT "E W"\num = 1.0 | line 3 | no linear axis W
+LIMIT "EXX2"\num = 1.0 | line 3 | EXX2 is a coefficient | limit its effect
+LIMIT "EA0Z"\num = 1.0 | line 4 | `EA0Z` is not in um | urad = 10.0 or um_per_m = 10.0
+LIMIT "EZ0S" | line 2 | a limit needs a number | um = 10.0
+LIMIT "EZ0S"\num = 1.0\nurad = 2.0 | line 5 | a limit has one number
+LIMIT "EZ0S"\num = -1.0 | line 4 | -1 is not a limit
+LIMIT "EZ0S"\num = nan | line 4 | NaN is not a limit"#;
+
 #[test]
 fn a_bad_calibration_is_refused_with_line_and_remedy() {
     let folder = Folder::new();
     let files = ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
-    let long = "x".repeat(49);
-    let limit = |rest: &str| format!("operator = \"A\"\n[[limit]]\n{rest}\n");
     let seven = "[[instrument]]\nname = \"A\"\n".repeat(7);
-    for (text, parts) in [
-        (
-            "operater = \"A\"\n",
-            &["line 1", "unknown field `operater`"][..],
-        ),
-        (
-            &format!("operator = \"A\"\nlaboratory = \"{long}\"\n"),
-            &["line 2", "49 characters", "room for 48", "shorten it"],
-        ),
-        (
-            "operator = \" \"\n",
-            &[
-                "line 1",
-                "this text is empty",
-                "leave it out if it is unknown",
-            ],
-        ),
-        (
-            "[[temperature]]\nplace = \"air\"\ncelsius = [293.0, 294.0]\n",
-            &["line 3", "not a range of temperatures", "in °C"],
-        ),
-        (
-            "[[temperature]]\nplace = \"air\"\ncelsius = [21.0, 20.0]\n",
-            &["line 3", "21 to 20 °C"],
-        ),
-        (
-            "[[temperature]]\nplace = \"air\"\ncelsius = [20,0, 21,0]\n",
-            &["line 3", "decimal point, not a comma"],
-        ),
-        (
-            "[uncertainty]\nlobes_um = -0.3\n",
-            &[
-                "line 2",
-                "-0.3 µm is not a standard uncertainty",
-                "Leave it out if it is unknown",
-            ],
-        ),
-        (&seven, &["line 13", "7 instruments", "room for 6"]),
-        (
-            &limit("quantity = \"EZ0B\"\num = 1.0"),
-            &["line 3", "no parameter EZ0B"],
-        ),
-        (
-            &limit("quantity = \"roundness\"\num = 1.0"),
-            &["line 3", "cannot be", "tip mean"][..1],
-        ),
-        (
-            &limit("quantity = \"G XW\"\num = 1.0"),
-            &["line 3", "not a quantity that can be limited", "\"G XY\""],
-        ),
-        (
-            &limit("quantity = \"E W\"\num = 1.0"),
-            &["line 3", "no linear axis W"],
-        ),
-        (
-            &limit("quantity = \"EXX2\"\num = 1.0"),
-            &["line 3", "EXX2 is a coefficient", "limit its effect"],
-        ),
-        (
-            &limit("quantity = \"EA0Z\"\num = 1.0"),
-            &[
-                "line 4",
-                "`EA0Z` is not in um",
-                "urad = 10.0 or um_per_m = 10.0",
-            ],
-        ),
-        (
-            &limit("quantity = \"EZ0S\""),
-            &["line 2", "a limit needs a number", "um = 10.0"],
-        ),
-        (
-            &limit("quantity = \"EZ0S\"\num = 1.0\nurad = 2.0"),
-            &["line 5", "a limit has one number"],
-        ),
-        (
-            &limit("quantity = \"EZ0S\"\num = -1.0"),
-            &["line 4", "-1 is not a limit"],
-        ),
-        (
-            &limit("quantity = \"EZ0S\"\num = nan"),
-            &["line 4", "NaN is not a limit"],
-        ),
-    ] {
-        let path = folder.file("calibration.toml", text);
+    let seven = format!("{seven} | line 13 | 7 instruments | room for 6").replace('\n', "\\n");
+    for row in BAD_CALIBRATIONS.lines().chain([&seven[..]]) {
+        let mut cells = row.split(" | ");
+        let text = cells.next().unwrap().replace("\\n", "\n");
+        let text = text.replace("LONG", &"x".repeat(49));
+        let text = text.replace("LIMIT", "operator = \"A\"\n[[limit]]\nquantity =");
+        let path = folder.file("calibration.toml", text + "\n");
         let out = folder.at("c.html");
-        let arguments = [
-            "report",
-            &files[0],
-            &files[1],
-            "--calibration-report",
-            "-o",
-            &out,
-            "--calibration",
-            &path,
-        ];
-        refused(&arguments, parts);
+        let line = format!(
+            "report {} {} --calibration-report -o {out} --calibration {path}",
+            files[0], files[1]
+        );
+        refused(&split(&line), &cells.collect::<Vec<_>>());
         assert_eq!(folder.names(), ["calibration.toml"]);
     }
     let path = folder.file("calibration.toml", "operator = \"A\"\n");
     refused(
-        &[
-            "report",
-            &files[0],
-            &files[1],
-            "--calibration-report",
-            "--json",
-            "--validation",
-            &path,
-        ],
+        &split(&format!(
+            "report {} {} --calibration-report --json --validation {path}",
+            files[0], files[1]
+        )),
         &["this is not a validation.json of `trueaxis linuxcnc calibrate`"],
     );
     refused(
-        &[
-            "report",
-            &files[0],
-            &files[1],
-            "--calibration-report",
-            "-o",
-            &path,
-            "--calibration",
-            &path,
-        ],
+        &split(&format!(
+            "report {} {} --calibration-report -o {path} --calibration {path}",
+            files[0], files[1]
+        )),
         &["the output", "is the input"],
     );
     // Statements without a calibration report.
-    let output = trueaxis(&[
-        "report",
-        &files[0],
-        &files[1],
-        "--json",
-        "--calibration",
-        &path,
-    ]);
+    let output = trueaxis(&split(&format!(
+        "report {} {} --json --calibration {path}",
+        files[0], files[1]
+    )));
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -635,16 +507,10 @@ fn an_identification_of_another_machine_is_refused() {
         ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
     let out = folder.at("calibration.html");
     refused(
-        &[
-            "report",
-            &machine,
-            &errors,
-            "--calibration-report",
-            "-o",
-            &out,
-            "--identification",
-            &found,
-        ],
+        &split(&format!(
+            "report {machine} {errors} --calibration-report -o {out} --identification \
+             {found}"
+        )),
         &["found.json", "of another machine", "or no identification"],
     );
     assert!(!std::path::Path::new(&out).exists());

@@ -1,6 +1,6 @@
 //! `export linuxcnc`: its files, and what they leave.
 
-use crate::program::{Folder, answer, blob, plain, refused, trueaxis};
+use crate::program::{Folder, answer, blob, has, plain, refused, split, trueaxis};
 
 /// An INI file for the joints X, Y and Z.
 fn ini(folder: &Folder, more: &str) -> String {
@@ -34,9 +34,9 @@ fn what_joints_do_along_themselves_is_written_and_imported_again() {
         "2000",
     ];
     let said = answer(0, &words);
-    assert!(
-        said.contains("[JOINT_0]\n  COMP_FILE = joint0.comp\n  COMP_FILE_TYPE = 0"),
-        "{said}"
+    has(
+        &said,
+        "[JOINT_0]\n  COMP_FILE = joint0.comp\n  COMP_FILE_TYPE = 0",
     );
     assert!(!said.contains("JOINT_2"), "{said}");
     // As the manual tells to write it, the setup reads it as the same errors.
@@ -58,11 +58,11 @@ fn what_joints_do_along_themselves_is_written_and_imported_again() {
         ],
     );
     let imported = std::fs::read_to_string(folder.at("here/errors.toml")).unwrap();
-    assert!(imported.contains("[tabulated.EXX]"), "{imported}");
+    has(&imported, "[tabulated.EXX]");
     // Half of the reversal, −12 µm after positive travel.
-    assert!(
-        imported.contains("positive = [-0.012, -0.012]\nnegative = [0.012, 0.012]"),
-        "{imported}"
+    has(
+        &imported,
+        "positive = [-0.012, -0.012]\nnegative = [0.012, 0.012]",
     );
 }
 
@@ -71,38 +71,24 @@ fn squareness_is_left_and_said() {
     let folder = Folder::new();
     let to = folder.path().to_str().unwrap();
     let ini = ini(&folder, "");
-    let words = [
-        "export",
-        "linuxcnc",
-        &blob("mill-21"),
-        "--ini",
-        &ini,
-        "-o",
-        to,
-        "--random",
-        "2000",
-    ];
+    let line = format!(
+        "export linuxcnc {} --ini {ini} -o {to} --random 2000",
+        blob("mill-21")
+    );
+    let words = split(&line);
     let done = trueaxis(&words);
     assert_eq!(done.status.code(), Some(1));
     let said = plain(&done.stderr);
-    assert!(
-        said.contains("more than 1 µm remains, and nothing is written"),
-        "{said}"
-    );
+    has(&said, "more than 1 µm remains, and nothing is written");
     assert_eq!(folder.names(), ["loops.hal", "mill.ini"]);
     let done = trueaxis(&[&words[..], &["--best-effort", "--type", "1"]].concat());
     assert_eq!(done.status.code(), Some(1));
     assert!(folder.names().contains(&"joint2.comp".to_owned()));
     refused(
-        &[
-            "export",
-            "linuxcnc",
-            &blob("kolibri"),
-            "--ini",
-            &ini,
-            "-o",
-            to,
-        ],
+        &split(&format!(
+            "export linuxcnc {} --ini {ini} -o {to}",
+            blob("kolibri")
+        )),
         &["no joint of the INI file moves it"],
     );
 }

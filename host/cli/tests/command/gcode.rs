@@ -27,34 +27,54 @@ fn corrected(folder: &Folder, program: &str, options: &[&str]) -> String {
 
 /// The corrected program, and what is said.
 fn run(folder: &Folder, program: &str, options: &[&str]) -> (String, String) {
-    let said = with_mill_21(folder, program, options, |arguments| answer(0, arguments));
-    let out = std::fs::read_to_string(folder.at("out.ngc")).unwrap();
-    (out, said)
+    let files = [&blob("mill-21"), SETUP];
+    let said = with_files(folder, program, files, options, |words| answer(0, words));
+    (written(folder), said)
 }
 
 /// What is refused, with parts of the message; nothing is written.
 fn refuses(program: impl AsRef<[u8]>, options: &[&str], parts: &[&str]) {
+    refuses_with(program, [&blob("mill-21"), SETUP], options, parts);
+}
+
+/// Like `refuses`, with another compensation and another setup.
+fn refuses_with(program: impl AsRef<[u8]>, files: [&str; 2], options: &[&str], parts: &[&str]) {
     let folder = Folder::new();
-    with_mill_21(&folder, program, options, |arguments| {
-        refused(arguments, parts);
+    with_files(&folder, program, files, options, |words| {
+        refused(words, parts)
     });
     assert_eq!(folder.names(), ["part.ngc", "setup.toml"]);
 }
 
-/// Runs the command with a program for `mill-21`, into `out.ngc`.
-fn with_mill_21<T>(
+/// Corrects and checks a program for `mill-21` with a setup of its own: what is written.
+fn with_setup(program: &str, setup: &str, options: &[&str]) -> String {
+    let folder = Folder::new();
+    let options = [options, &["--check"]].concat();
+    let files = [&blob("mill-21"), setup];
+    with_files(&folder, program, files, &options, |words| answer(0, words));
+    written(&folder)
+}
+
+/// Runs the command with a program, a compensation and the text of a setup, into `out.ngc`.
+fn with_files<T>(
     folder: &Folder,
     program: impl AsRef<[u8]>,
+    [compensation, setup]: [&str; 2],
     options: &[&str],
     run: impl FnOnce(&[&str]) -> T,
 ) -> T {
     let part = folder.file("part.ngc", program);
-    let setup = folder.file("setup.toml", SETUP);
-    let (out, compensation) = (folder.at("out.ngc"), blob("mill-21"));
+    let setup = folder.file("setup.toml", setup);
+    let out = folder.at("out.ngc");
     let mut arguments = vec!["gcode", &part, "-o", &out];
-    arguments.extend(["--compensation", &compensation, "--setup", &setup]);
+    arguments.extend(["--compensation", compensation, "--setup", &setup]);
     arguments.extend(options);
     run(&arguments)
+}
+
+/// The corrected program.
+fn written(folder: &Folder) -> String {
+    std::fs::read_to_string(folder.at("out.ngc")).unwrap()
 }
 
 #[test]
@@ -297,10 +317,11 @@ fn check_shows_what_is_left_on_the_part() {
     assert!((before / after - 1.0).abs() < 1e-3);
 }
 
-/// The values of a letter's words.
-fn values(text: &str, letter: char) -> Vec<f64> {
-    let words = text.split_whitespace();
-    let words = words.filter_map(|w| w.strip_prefix(letter)?.parse().ok());
+/// The words of an axis.
+fn words(text: &str, letter: char) -> Vec<f64> {
+    let words = text.lines().filter(|line| !line.starts_with(['(', ';']));
+    let words = words.flat_map(str::split_whitespace);
+    let words = words.filter_map(|word| word.strip_prefix(letter)?.parse().ok());
     words.collect()
 }
 
@@ -316,7 +337,7 @@ fn g52_and_a_tool_that_the_program_sets_shift_words_and_no_positions() {
         "{shifted}"
     );
     let same = |letter: char, from: usize, by: f64| {
-        let (plain, shifted) = (values(&plain, letter), values(&shifted, letter));
+        let (plain, shifted) = (words(&plain, letter), words(&shifted, letter));
         assert_eq!(plain.len(), shifted[from..].len());
         let off = plain.iter().zip(&shifted[from..]);
         let off = off.map(|(a, b)| (a - b - by).abs()).fold(0.0, f64::max);

@@ -1,6 +1,6 @@
 //! Height maps and twist of printers, written and read.
 
-use crate::program::{Folder, answer, example, refused};
+use crate::program::{Folder, answer, done, example, refused, split};
 
 const ERRORS: &str = "machine = \"Router\"\n[parameters]\nEZX2 = 4e-7\nEZY2 = -1e-7\n";
 
@@ -16,51 +16,19 @@ fn a_map_that_was_exported_is_identified_as_the_errors_that_it_corrects() {
     );
     for (firmware, name) in [("klipper", "mesh.cfg"), ("reprapfirmware", "heightmap.csv")] {
         let (lines, map) = (folder.at("lines"), folder.at(name));
-        let said = answer(
-            0,
-            &[
-                "export",
-                firmware,
-                &trax,
-                "-o",
-                &lines,
-                "--height-map",
-                &map,
-                "--random",
-                "2000",
-            ],
-        );
+        let said = done(&format!(
+            "export {firmware} {trax} -o {lines} --height-map {map} --random 2000"
+        ));
         assert!(said.contains("Z "), "{said}");
         let bed = folder.at("bed.csv");
-        let said = answer(
-            0,
-            &[
-                "import",
-                firmware,
-                &map,
-                "--machine",
-                &machine,
-                "-o",
-                &bed,
-                "--zero",
-                "Z=-100",
-            ],
-        );
+        let said = done(&format!(
+            "import {firmware} {map} --machine {machine} -o {bed} --zero Z=-100"
+        ));
         assert!(said.contains("441 displacements"), "{said}");
         let found = folder.at("found.toml");
-        answer(
-            0,
-            &[
-                "identify",
-                &machine,
-                "--observations",
-                &bed,
-                "--model",
-                "EZX2,EZY2",
-                "-o",
-                &found,
-            ],
-        );
+        done(&format!(
+            "identify {machine} --observations {bed} --model EZX2,EZY2 -o {found}"
+        ));
         let found = std::fs::read_to_string(&found).unwrap();
         let value = |name: &str| -> f64 {
             let mut lines = found.lines().filter_map(|line| line.split_once(" = "));
@@ -79,67 +47,28 @@ fn twist_is_written_and_read_again() {
     let machine = example("router/machine.toml");
     let text = "machine = \"Router\"\n[tabulated.EAX]\nat = [0.0, 400.0, 800.0]\nvalue = [-100.0, 0.0, 100.0]\nunit = \"urad\"\n";
     let (errors, to) = (folder.file("errors.toml", text), folder.at("twist.cfg"));
-    let said = answer(
-        0,
-        &[
-            "export",
-            "klipper-twist",
-            &machine,
-            &errors,
-            "--probe",
-            "0,30",
-            "-o",
-            &to,
-            "--points",
-            "3",
-        ],
-    );
+    let said = done(&format!(
+        "export klipper-twist {machine} {errors} --probe 0,30 -o {to} --points 3"
+    ));
     assert!(
         said.contains("wrong by up to ±3.00 µm, with these tables by ±0.0"),
         "{said}"
     );
     let again = folder.at("again.toml");
-    let said = answer(
-        0,
-        &[
-            "import",
-            "klipper-twist",
-            &to,
-            "--machine",
-            &machine,
-            "--probe",
-            "0,30",
-            "-o",
-            &again,
-        ],
-    );
+    let said = done(&format!(
+        "import klipper-twist {to} --machine {machine} --probe 0,30 -o {again}"
+    ));
     assert!(said.contains("EAX"), "{said}");
     refused(
-        &[
-            "import",
-            "klipper-twist",
-            &to,
-            "--machine",
-            &machine,
-            "--probe",
-            "0",
-            "-o",
-            &again,
-        ],
+        &split(&format!(
+            "import klipper-twist {to} --machine {machine} --probe 0 -o {again}"
+        )),
         &["--probe takes two numbers"],
     );
     refused(
-        &[
-            "import",
-            "klipper-twist",
-            &to,
-            "--machine",
-            &machine,
-            "--probe",
-            "30,0",
-            "-o",
-            &again,
-        ],
+        &split(&format!(
+            "import klipper-twist {to} --machine {machine} --probe 30,0 -o {again}"
+        )),
         &["does not move a probe"],
     );
 }
@@ -154,15 +83,9 @@ fn a_map_that_is_not_one_is_refused_with_its_line() {
     );
     let to = folder.at("bed.csv");
     refused(
-        &[
-            "import",
-            "reprapfirmware",
-            &map,
-            "--machine",
-            &machine,
-            "-o",
-            &to,
-        ],
+        &split(&format!(
+            "import reprapfirmware {map} --machine {machine} -o {to}"
+        )),
         &["heightmap.csv, line 2", "does not know these parameters"],
     );
     refused(

@@ -1,6 +1,8 @@
 //! From probings to parameters, and invalid probings.
 
-use crate::program::{Folder, answer, example, plain, refused, trueaxis};
+use crate::program::{
+    Folder, answer, done, example, examples, json, plain, refused, refuses, run, trueaxis,
+};
 
 /// The probings of the Kolibri with ten errors and 1 µm of noise.
 pub fn probings(folder: &Folder, more: &[&str]) -> String {
@@ -10,8 +12,10 @@ pub fn probings(folder: &Folder, more: &[&str]) -> String {
 /// Like `probings`, for another plan.
 pub fn probings_of(folder: &Folder, plan: &str, more: &[&str]) -> String {
     let out = folder.at("probings.csv");
-    let files = ["machine.toml", "errors-10.toml", "artefact.toml"];
-    let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}")));
+    let [machine, errors, artefact] = examples(
+        "kolibri",
+        ["machine.toml", "errors-10.toml", "artefact.toml"],
+    );
     let mut arguments = vec![
         "simulate",
         "probings",
@@ -53,14 +57,11 @@ fn what_is_identified_can_be_compiled() {
         folder.at("errors.toml"),
         folder.at("machine.trax"),
     );
-    answer(
-        0,
-        &[
-            "compile", &machine, &errors, "-o", &blob, "--random", "1000",
-        ],
-    );
+    done(&format!(
+        "compile {machine} {errors} -o {blob} --random 1000"
+    ));
     // The text output.
-    let said = answer(0, &["identify", &machine, &probings, "--verbose"]);
+    let said = done(&format!("identify {machine} {probings} --verbose"));
     for part in [
         "10 parameters from 168 probings of 4 balls",
         "Not measured, and not in these figures: EX0C, EY0A, EZ0A, EXXb and 5 more.",
@@ -84,7 +85,7 @@ fn what_is_not_seen_has_a_probing_that_would_show_it() {
         .chain(rows.filter(at_zero))
         .collect();
     let kept = folder.file("c0.csv", kept.join("\n") + "\n");
-    let said = answer(0, &["identify", &machine, &kept, "--model", "10"]);
+    let said = done(&format!("identify {machine} {kept} --model 10"));
     let unseen = said
         .split("not to be seen in these probings")
         .nth(1)
@@ -94,8 +95,8 @@ fn what_is_not_seen_has_a_probing_that_would_show_it() {
         .find(|line| line.starts_with("    add: ball "));
     // At zero, C has no effect.
     assert!(add.is_some_and(|line| line.contains(", C = ")), "{said}");
-    let json = identified(&folder, &kept, &["--model", "10"]);
-    let unseen = json["unseen"].as_array().unwrap();
+    let found = identified(&folder, &kept, &["--model", "10"]);
+    let unseen = found["unseen"].as_array().unwrap();
     let added: Vec<&str> = unseen.iter().filter_map(|u| u["add"].as_str()).collect();
     let add = add.unwrap().trim();
     let is_added = |place: &&str| add.starts_with(&format!("add: {place}"));
@@ -107,19 +108,16 @@ fn a_compensation_that_was_on_is_undone() {
     let folder = Folder::new();
     let machine = example("kolibri/machine.toml");
     let (errors, blob) = (example("kolibri/errors-10.toml"), folder.at("active.trax"));
-    answer(
-        0,
-        &[
-            "compile", &machine, &errors, "-o", &blob, "--random", "1000",
-        ],
-    );
+    done(&format!(
+        "compile {machine} {errors} -o {blob} --random 1000"
+    ));
     // Positions as read with the compensation on: without its correction.
     let measured = std::fs::read_to_string(probings(&folder, &[])).unwrap();
     let positions: String = (measured.lines())
         .map(|line| line.split_once(',').unwrap().1.to_owned() + "\n")
         .collect();
     let positions = folder.file("positions.csv", positions);
-    let corrections = answer(0, &["eval", &blob, "--positions", &positions]);
+    let corrections = done(&format!("eval {blob} --positions {positions}"));
     let mut read = String::from("ball,Y,A,C,X,Z\n");
     for (row, correction) in measured.lines().zip(corrections.lines()).skip(1) {
         let (ball, row) = row.split_once(',').unwrap();
@@ -143,8 +141,10 @@ fn validated(folder: &Folder, name: &str, more: &[&str]) -> String {
 
 fn validated_with(errors: &str, folder: &Folder, name: &str, more: &[&str]) -> String {
     let out = folder.at(name);
-    let files = ["machine.toml", "artefact.toml", "validation.csv"];
-    let [machine, artefact, plan] = files.map(|f| example(&format!("kolibri/{f}")));
+    let [machine, artefact, plan] = examples(
+        "kolibri",
+        ["machine.toml", "artefact.toml", "validation.csv"],
+    );
     let arguments = [
         "simulate",
         "probings",
@@ -171,11 +171,11 @@ fn several_files_of_probings_are_identified_together_if_what_stayed_is_stated() 
         let words = ["identify", &machine];
         let arguments = [&words[..], files, &["--model", "10", "--json"], more].concat();
         let output = trueaxis(&arguments);
-        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        json
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        found
     };
-    refused(
-        &["identify", &machine, &first, &second, "--model", "10"],
+    refuses(
+        &format!("identify {machine} {first} {second} --model 10"),
         &["both probings", "--same stylus"],
     );
     let alone = identify(&[&first], &[]);
@@ -234,18 +234,12 @@ fn what_a_compensation_has_done_to_each_parameter_is_said() {
     let machine = example("kolibri/machine.toml");
     identified(&folder, &probings(&folder, &[]), &["--model", "10"]);
     let (errors, blob) = (folder.at("errors.toml"), folder.at("active.trax"));
-    answer(
-        0,
-        &[
-            "compile", &machine, &errors, "-o", &blob, "--random", "1000",
-        ],
-    );
+    done(&format!(
+        "compile {machine} {errors} -o {blob} --random 1000"
+    ));
     let before = validated(&folder, "before.csv", &["--noise", "1", "--seed", "2"]);
     let old = folder.at("before.toml");
-    answer(
-        0,
-        &["identify", &machine, &before, "--model", "10", "-o", &old],
-    );
+    done(&format!("identify {machine} {before} --model 10 -o {old}"));
     let on = ["--noise", "1", "--seed", "3", "--active", &blob];
     let after = validated(&folder, "after.csv", &on);
     let arguments = [
@@ -277,10 +271,8 @@ fn what_a_compensation_has_done_to_each_parameter_is_said() {
         "other.toml",
         "machine = \"Kolibri\"\n[parameters]\nEXC1 = 1e-5\n",
     );
-    refused(
-        &[
-            "identify", &machine, &after, "--model", "10", "--before", &other,
-        ],
+    refuses(
+        &format!("identify {machine} {after} --model 10 --before {other}"),
         &["none of its parameters is looked for", "same --model"],
     );
 }
@@ -293,10 +285,9 @@ fn what_is_probed_with_a_compensation_that_is_undone_is_the_machine() {
         example("kolibri/errors-10.toml"),
     );
     let blob = folder.at("active.trax");
-    answer(
-        0,
-        &["compile", &machine, &truth, "-o", &blob, "--random", "1000"],
-    );
+    done(&format!(
+        "compile {machine} {truth} -o {blob} --random 1000"
+    ));
     let after = validated(&folder, "after.csv", &["--active", &blob]);
     let of_all = |more: &[&str]| {
         let found = answer(
@@ -318,38 +309,28 @@ fn what_is_probed_with_a_compensation_that_is_undone_is_the_machine() {
 #[test]
 fn recorded_probings_with_an_exact_compensation_applied_identify_to_nothing() {
     let folder = Folder::new();
-    let (machine, truth) = (
-        example("kolibri/machine.toml"),
-        example("kolibri/errors-10.toml"),
-    );
-    let blob = folder.at("applied.trax");
-    answer(
-        0,
-        &["compile", &machine, &truth, "-o", &blob, "--random", "1000"],
-    );
+    let [machine, truth] = examples("kolibri", ["machine.toml", "errors-10.toml"]);
+    let [blob, after] = ["applied.trax", "after.csv"].map(|name| folder.at(name));
+    done(&format!(
+        "compile {machine} {truth} -o {blob} --random 1000"
+    ));
     let before = validated(&folder, "before.csv", &[]);
-    let after = folder.at("after.csv");
-    let arguments = [
-        "probings", &machine, &before, "--apply", &blob, "-o", &after,
-    ];
-    let said = answer(0, &arguments);
+    let said = done(&format!(
+        "probings {machine} {before} --apply {blob} -o {after}"
+    ));
     assert!(
         said.contains("60 probings as they would have been with"),
         "{said}"
     );
-    let found = |more: &[&str]| {
-        let arguments = ["identify", &machine, &after, "--model", "10", "--json"];
-        let found = answer(0, &[&arguments[..], more].concat());
-        serde_json::from_str::<serde_json::Value>(&found).unwrap()
-    };
-    let left = found(&[]);
+    let found = |more: &str| json(&format!("identify {machine} {after} --model 10{more}"));
+    let left = found("");
     for one in left["parameters"].as_array().unwrap() {
         // Tables are within 0.05 µm of the reference correction, which is less than 1 µrad and 1 µm/m at levers of 0.1
         // m. The bound is stricter for EY0C, which is in mm.
         assert!(one["value"].as_f64().unwrap().abs() < 1e-6, "{one}");
     }
     // `--active` is the inverse; only f32 rounding remains.
-    let undone = of(&found(&["--active", &blob]), "EB0A")[0];
+    let undone = of(&found(&format!(" --active {blob}")), "EB0A")[0];
     assert!((undone - 1.09e-3).abs() < 1e-9, "{undone}");
 }
 
@@ -376,8 +357,8 @@ fn what_was_known_before_stays() {
     let change = "machine = \"Kolibri\"\n[thermal]\nEXX1 = { per_kelvin = 1e-6, sensor = \"bed\", reference_celsius = 20.0 }\n";
     let old = folder.file("old.toml", change);
     let machine = example("kolibri/machine.toml");
-    refused(
-        &["identify", &machine, &probings, "--update", &old],
+    refuses(
+        &format!("identify {machine} {probings} --update {old}"),
         &["thermal changes cannot be kept", "without --update"],
     );
 }
@@ -464,8 +445,8 @@ fn rows_that_are_no_probings_are_refused() {
         ),
     ] {
         let probings = folder.file("p.csv", text);
-        refused(
-            &["identify", &machine, &probings, "--model", "10", "-o", &out],
+        refuses(
+            &format!("identify {machine} {probings} --model 10 -o {out}"),
             &parts,
         );
     }
@@ -519,7 +500,10 @@ fn models_and_artefacts_that_are_none_are_refused() {
         ("EB0A,EB0A", ["EB0A is named twice", "once"]),
         ("EB0B", ["Kolibri has no parameter EB0B", "wCAYFXZSt"]),
     ] {
-        refused(&["identify", &machine, &probings, "--model", model], &parts);
+        refuses(
+            &format!("identify {machine} {probings} --model {model}"),
+            &parts,
+        );
     }
     for (text, parts) in [
         (
@@ -541,16 +525,8 @@ fn models_and_artefacts_that_are_none_are_refused() {
         ("balls = 3\n", ["unknown field", "one of the keys"]),
     ] {
         let artefact = folder.file("a.toml", text);
-        refused(
-            &[
-                "identify",
-                &machine,
-                &probings,
-                "--model",
-                "10",
-                "--artefact",
-                &artefact,
-            ],
+        refuses(
+            &format!("identify {machine} {probings} --model 10 --artefact {artefact}"),
             &parts,
         );
     }
@@ -559,8 +535,10 @@ fn models_and_artefacts_that_are_none_are_refused() {
 #[test]
 fn what_cannot_be_probed_is_not_simulated() {
     let folder = Folder::new();
-    let [machine, errors, artefact] = ["machine.toml", "errors-10.toml", "artefact.toml"]
-        .map(|f| example(&format!("kolibri/{f}")));
+    let [machine, errors, artefact] = examples(
+        "kolibri",
+        ["machine.toml", "errors-10.toml", "artefact.toml"],
+    );
     for (plan, ball, parts) in [
         (
             "ball,A,C\n9,0,0\n",
@@ -575,17 +553,8 @@ fn what_cannot_be_probed_is_not_simulated() {
     ] {
         let plan = folder.file("s.csv", plan);
         let artefact = ball.map_or(artefact.clone(), |text| folder.file("a.toml", text));
-        refused(
-            &[
-                "simulate",
-                "probings",
-                &machine,
-                &errors,
-                "--artefact",
-                &artefact,
-                "--plan",
-                &plan,
-            ],
+        refuses(
+            &format!("simulate probings {machine} {errors} --artefact {artefact} --plan {plan}"),
             &parts,
         );
     }
@@ -685,7 +654,7 @@ fn what_is_listed_as_not_seen_is_checked() {
         ),
     ] {
         let errors = folder.file("errors.toml", format!("{text}\n[unseen]\n{unseen}\n"));
-        let output = trueaxis(&["verify", &machine, &errors, &errors]);
+        let output = run(&format!("verify {machine} {errors} {errors}"));
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(said.contains(message), "{unseen}: {said}");

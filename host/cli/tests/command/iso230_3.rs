@@ -1,6 +1,6 @@
 //! Thermal drift to ISO 230-3.
 
-use crate::program::{Folder, answer, refused, trueaxis};
+use crate::program::Folder;
 use std::fmt::Write;
 
 /// Ten hours in a hall whose temperature swings by 2 K, with sensors that follow it: 3 µm/K in X1, 5 µm/K in Z.
@@ -23,22 +23,10 @@ fn environment() -> String {
 #[test]
 fn ranges_values_and_pictures_are_written() {
     let folder = Folder::new();
-    let (readings, pictures) = (folder.file("hall.csv", environment()), folder.at("drift"));
-    let said = answer(
-        0,
-        &[
-            "iso230-3",
-            &readings,
-            "--at",
-            "150,450",
-            "--pictures",
-            &pictures,
-        ],
-    );
-    assert!(
-        said.contains("ETVE (ISO 230-3, clause 5)\n61 readings in 600.0 min\n"),
-        "{said}"
-    );
+    folder.file("hall.csv", environment());
+    let said = folder.answer("iso230-3 %hall.csv --at 150,450 --pictures %drift");
+    let head = "ETVE (ISO 230-3, clause 5)\n61 readings in 600.0 min\n";
+    assert!(said.contains(head), "{said}");
     // Swings of ±1 K; the extremes are read at 150 and 450 min.
     let row = |name: &str| {
         let line = said.lines().find(|line| line.starts_with(name)).unwrap();
@@ -54,13 +42,13 @@ fn ranges_values_and_pictures_are_written() {
         ("displacement", "displacement (µm)"),
         ("temperature", "temperature (°C)"),
     ] {
-        let picture = std::fs::read_to_string(format!("{pictures}/{name}.svg")).unwrap();
+        let picture = folder.text(&format!("drift/{name}.svg"));
         assert!(
             picture.contains(words) && picture.contains("time (h)"),
             "{name}"
         );
     }
-    let json = answer(0, &["iso230-3", &readings, "--at", "150", "--json"]);
+    let json = folder.answer("iso230-3 %hall.csv --at 150 --json");
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     let z = &json["results"][0]["drifts"][1];
     assert_eq!(
@@ -76,29 +64,20 @@ fn ranges_values_and_pictures_are_written() {
 #[test]
 fn bad_readings_and_times_are_refused() {
     let folder = Folder::new();
-    let readings = folder.file("hall.csv", environment());
+    folder.file("hall.csv", environment());
     for minutes in ["700", "-1", "nan"] {
-        let at = format!("--at={minutes}");
-        refused(
-            &["iso230-3", &readings, &at],
-            &["nothing was read after", "write times up to 600.0 min"],
-        );
+        let parts = ["nothing was read after", "write times up to 600.0 min"];
+        folder.refused(&format!("iso230-3 %hall.csv --at={minutes}"), &parts);
     }
-    let bad = folder.file("bad.csv", environment().replacen("600,0", "600,O", 1));
-    refused(
-        &["iso230-3", &bad],
-        &[
-            "bad.csv, line 4",
-            "column 2 (x1_um)",
-            "is not a finite number",
-        ],
-    );
-    let empty = folder.file("empty.csv", "");
-    refused(&["iso230-3", &empty], &["empty.csv", "the file is empty"]);
-    assert_eq!(
-        trueaxis(&["iso230-3", &readings, "--pictures", &bad])
-            .status
-            .code(),
-        Some(2)
-    );
+    folder.file("bad.csv", environment().replacen("600,0", "600,O", 1));
+    let parts = [
+        "bad.csv, line 4",
+        "column 2 (x1_um)",
+        "is not a finite number",
+    ];
+    folder.refused("iso230-3 %bad.csv", &parts);
+    folder.file("empty.csv", "");
+    folder.refused("iso230-3 %empty.csv", &["empty.csv", "the file is empty"]);
+    let no_folder = folder.run("iso230-3 %hall.csv --pictures %bad.csv");
+    assert_eq!(no_folder.status.code(), Some(2));
 }

@@ -1,18 +1,15 @@
 //! Error motions of an axis of rotation to ISO 230-7.
 
-use crate::program::{Folder, answer, example, refused};
+use crate::program::{Folder, example};
 
 #[test]
 fn values_and_polar_plots_of_a_spindle_are_written() {
     let folder = Folder::new();
-    let (turns, pictures) = (example("spindle/turns.csv"), folder.at("plots"));
-    let said = answer(0, &["iso230-7", &turns, "--pictures", &pictures]);
-    assert!(
-        said.contains("(ISO 230-7)\n8 turns with 72 angles\n"),
-        "{said}"
-    );
-    let json: serde_json::Value =
-        serde_json::from_str(&answer(0, &["iso230-7", &turns, "--json"])).unwrap();
+    let said = folder.answer("iso230-7 @spindle/turns.csv --pictures %plots");
+    let head = "(ISO 230-7)\n8 turns with 72 angles\n";
+    assert!(said.contains(head), "{said}");
+    let json = folder.answer("iso230-7 @spindle/turns.csv --json");
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     let all = json["error_motions"].as_array().unwrap();
     assert_eq!(all.len(), 10);
     for one in all {
@@ -32,7 +29,7 @@ fn values_and_polar_plots_of_a_spindle_are_written() {
         "tilt-rotating",
         "axial",
     ] {
-        let picture = std::fs::read_to_string(format!("{pictures}/{name}.svg")).unwrap();
+        let picture = folder.text(&format!("plots/{name}.svg"));
         assert!(
             picture.contains("synchronous") && picture.contains("90°"),
             "{name}"
@@ -45,18 +42,14 @@ fn turns_that_are_not_whole_are_refused() {
     let folder = Folder::new();
     let text = std::fs::read_to_string(example("spindle/turns.csv")).unwrap();
     let cut = text.rsplit_once("\n8,355").unwrap().0.to_owned() + "\n";
-    let cut = folder.file("cut.csv", cut);
-    refused(
-        &["iso230-7", &cut],
-        &["cut.csv", "turn 8 lacks the angle 355°", "by the encoder"],
-    );
-    let twice = folder.file("twice.csv", format!("{text}8,355,0,0,0,0,0\n"));
-    refused(
-        &["iso230-7", &twice],
-        &[
-            "twice.csv",
-            "turn 8 has this angle twice",
-            "number of its own",
-        ],
-    );
+    folder.file("cut.csv", cut);
+    let parts = ["cut.csv", "turn 8 lacks the angle 355°", "by the encoder"];
+    folder.refused("iso230-7 %cut.csv", &parts);
+    folder.file("twice.csv", format!("{text}8,355,0,0,0,0,0\n"));
+    let parts = [
+        "twice.csv",
+        "turn 8 has this angle twice",
+        "number of its own",
+    ];
+    folder.refused("iso230-7 %twice.csv", &parts);
 }

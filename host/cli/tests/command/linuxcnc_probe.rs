@@ -1,6 +1,6 @@
 //! What `trueaxis linuxcnc probe` and `calibrate` refuse before LinuxCNC is asked; `cargo xtask linuxcnc` probes with it.
 
-use crate::program::{Folder, example, plain};
+use crate::program::{Folder, example, has, plain};
 use std::process::{Command, Output};
 
 /// Two balls, the second at `x`.
@@ -34,10 +34,8 @@ fn without_python_it_says_what_to_install() {
     let output = probe(&folder, &artefact(160.0));
     assert_eq!(output.status.code(), Some(2));
     let said = said(&output);
-    assert!(
-        said.contains("python3: ") && said.contains("help: install"),
-        "{said}"
-    );
+    has(&said, "python3: ");
+    has(&said, "help: install");
     // The log was begun, and has no touch.
     let log = std::fs::read_to_string(folder.at("touches.csv")).unwrap();
     assert_eq!(log, "row,ball,touch,Y,X,A,C,Z,time_s\n");
@@ -67,6 +65,6 @@ fn balls_in_each_others_way_are_named_before_anything_moves() {
     let output = probe(&folder, &artefact(240.0));
     assert_eq!(output.status.code(), Some(2));
     let said = said(&output);
-    assert!(said.contains("would pass ball"), "{said}");
+    has(&said, "would pass ball");
     assert!(!std::path::Path::new(&folder.at("touches.csv")).exists());
 }

@@ -1,6 +1,6 @@
 //! `trueaxis linuxcnc start`: from a configuration and a few readings to a checked compensation.
 
-use crate::program::{Folder, answer, plain, refused, trueaxis};
+use crate::program::{Folder, done, has, plain, refused, trueaxis};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -26,24 +26,19 @@ fn mill(joint: &str) -> Folder {
     folder
 }
 
-/// The path of the manual, without questions.
-fn path(ini: &str) -> [&str; 14] {
-    [
-        "linuxcnc",
-        "start",
-        ini,
-        "--table",
-        "XY",
-        "--scale",
-        "X=2/100",
-        "--square",
-        "XY=3/100",
-        "--dial",
-        "X=-4",
-        "--install",
-        "--yes",
-        "--scale=Z=-1/50",
-    ]
+/// The options of the manual.
+const READINGS: &str =
+    "--table XY --scale X=2/100 --square XY=3/100 --dial X=-4 --install --scale=Z=-1/50";
+
+/// Runs `start` with the configuration of a folder, without questions; what it says. Checks that it exits with `code`.
+#[track_caller]
+fn start(code: i32, folder: &Folder, options: &str) -> String {
+    let words = format!("linuxcnc start {} --yes {options}", folder.at("mill.ini"));
+    let output = trueaxis(&words.split_whitespace().collect::<Vec<_>>());
+    let said = String::from_utf8(output.stdout).unwrap() + &plain(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    assert_eq!(said.contains("help:"), code == 2, "{said}");
+    said
 }
 
 fn read(folder: &Folder, name: &str) -> String {
@@ -70,39 +65,29 @@ fn asked(folder: &Folder, arguments: &[&str], answers: &str) -> Output {
 #[test]
 fn a_scale_and_a_square_become_a_checked_compensation() {
     let folder = mill("");
-    let ini = folder.at("mill.ini");
     let before = read(&folder, "mill.ini");
-    let said = answer(0, &path(&ini));
+    let said = start(0, &folder, READINGS);
     assert!(said.lines().count() <= 5, "{said}");
-    assert!(
-        said.contains("press Enable in the tab Compensation"),
-        "{said}"
-    );
+    has(&said, "press Enable in the tab Compensation");
     // `explain` derives the readings from the written parameters, on the written machine.
-    let explained = answer(
-        0,
-        &[
-            "explain",
-            &folder.at("machine.toml"),
-            &folder.at("errors.toml"),
-        ],
-    );
+    let explained = done(&format!(
+        "explain {} {}",
+        folder.at("machine.toml"),
+        folder.at("errors.toml")
+    ));
     for part in [
         "a laser along X reads +2.0 µm at +100 mm",
         "a laser along Z reads +2.0 µm at −100 mm",
         "a square on the table, dial moved along Y, reads +3.0 µm per 100 mm in X",
         "reads −4.0 µm after positive less after negative travel of X",
     ] {
-        assert!(explained.contains(part), "{part} is not in\n{explained}");
+        has(&explained, part);
     }
     assert_eq!(read(&folder, "mill.ini.before-trueaxis"), before);
     let now = read(&folder, "mill.ini");
     let added: Vec<&str> = now.lines().filter(|line| !before.contains(line)).collect();
     assert_eq!(added.len(), 3, "{now}");
-    assert!(
-        now.contains("HALFILE = machine.hal\nHALFILE = trueaxis.hal\n"),
-        "{now}"
-    );
+    has(&now, "HALFILE = machine.hal\nHALFILE = trueaxis.hal\n");
     assert!(!read(&folder, "machine.toml").contains("does it move"));
 
     // Again: nothing is replaced unless it is wanted.
@@ -114,21 +99,15 @@ fn a_scale_and_a_square_become_a_checked_compensation() {
         "trueaxis.hal",
     ];
     let contents = files.map(|name| std::fs::read(folder.at(name)).unwrap());
-    let done = trueaxis(&path(&ini));
-    let said = plain(&done.stderr);
-    assert_eq!(done.status.code(), Some(2), "{said}");
-    assert!(
-        said.contains("machine.trax exists") && said.contains("--overwrite"),
-        "{said}"
-    );
+    let said = start(2, &folder, READINGS);
+    has(&said, "machine.trax exists");
+    has(&said, "--overwrite");
     assert_eq!(
         files.map(|name| std::fs::read(folder.at(name)).unwrap()),
         contents
     );
-    let said = answer(
-        0,
-        &[&path(&ini)[..], &["--overwrite", "--scale", "Y=1/100"]].concat(),
-    );
+    let more = format!("{READINGS} --overwrite --scale Y=1/100");
+    let said = start(0, &folder, &more);
     assert!(
         said.contains("4 readings") || said.contains("5 readings"),
         "{said}"
@@ -140,14 +119,14 @@ fn a_scale_and_a_square_become_a_checked_compensation() {
 #[test]
 fn answers_do_what_options_do_and_are_asked_again_if_they_cannot_be_read() {
     let by_options = mill("");
-    answer(0, &path(&by_options.at("mill.ini")));
+    start(0, &by_options, READINGS);
     let by_answers = mill("");
     // INI file, table, lines; scales of Y, X and Z; squares YX, YZ, XZ; dials.
     let answers = "\nXY\ny\n\n2\n2/100\n-1/50\n3/100\n\n\n\n-4\n\n";
     let output = asked(&by_answers, &[], answers);
     let said = plain(&output.stdout) + &plain(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
-    assert!(said.contains("`X=2` is not of the form X=2/100"), "{said}");
+    has(&said, "`X=2` is not of the form X=2/100");
     for name in ["machine.toml", "trueaxis.hal", "mill.ini", "machine.trax"] {
         let [a, b] = [&by_options, &by_answers].map(|f| std::fs::read(f.at(name)).unwrap());
         assert_eq!(a, b, "{name}");
@@ -169,47 +148,25 @@ fn without_readings_it_says_what_comes_next() {
         ["machine.hal", "machine.toml", "mill.ini", "trueaxis.hal"]
     );
     let folder = mill("");
-    let ini = folder.at("mill.ini");
-    let said = answer(
-        0,
-        &[
-            "linuxcnc",
-            "start",
-            &ini,
-            "--yes",
-            "--balls",
-            "artefact.toml",
-        ],
-    );
-    assert!(said.contains("trueaxis linuxcnc calibrate"), "{said}");
-    assert!(said.contains("--artefact artefact.toml"), "{said}");
-}
-
-/// Runs the command, which fails after it has begun. Checks that it exits with 2 and says `expected`.
-fn fails(arguments: &[&str], expected: &str) {
-    let output = trueaxis(arguments);
-    let said = plain(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains(expected), "{expected} is not in {said}");
+    let said = start(0, &folder, "--balls artefact.toml");
+    has(&said, "trueaxis linuxcnc calibrate");
+    has(&said, "--artefact artefact.toml");
 }
 
 #[test]
 fn what_linuxcnc_compensates_is_kept_and_not_measured_twice() {
     let folder = mill("BACKLASH = 0.01\n");
-    let ini = folder.at("mill.ini");
-    let start = [
-        "linuxcnc",
-        "start",
-        &ini,
-        "--table",
-        "XY",
-        "--overwrite",
-        "--yes",
-    ];
+    let run = |code, more: &str| {
+        start(
+            code,
+            &folder,
+            &format!("--table XY --overwrite --install {more}"),
+        )
+    };
     let before = [folder.names().join(" "), read(&folder, "mill.ini")];
-    for reading in [["--dial", "X=4"], ["--scale", "X=2/100"]] {
-        fails(
-            &[&start[..], &["--install"], &reading].concat(),
+    for reading in ["--dial X=4", "--scale X=2/100"] {
+        has(
+            &run(2, reading),
             "the INI file already compensates X (BACKLASH = 0.01 in ",
         );
         assert_eq!(
@@ -218,15 +175,9 @@ fn what_linuxcnc_compensates_is_kept_and_not_measured_twice() {
         );
     }
     // It is taken out of the INI file.
-    answer(
-        0,
-        &[&start[..], &["--install", "--scale", "Y=1/100"]].concat(),
-    );
+    run(0, "--scale Y=1/100");
     let ini = read(&folder, "mill.ini");
-    assert!(
-        ini.contains("\n# trueaxis has in errors.toml: BACKLASH = 0.01\n"),
-        "{ini}"
-    );
+    has(&ini, "\n# trueaxis has in errors.toml: BACKLASH = 0.01\n");
     let errors = read(&folder, "errors.toml");
     let parameters: Vec<&str> = errors
         .lines()
@@ -246,39 +197,23 @@ fn what_linuxcnc_compensates_is_kept_and_not_measured_twice() {
 #[test]
 fn wrong_readings_are_refused() {
     let folder = mill("");
-    let ini = folder.at("mill.ini");
-    let start = ["linuxcnc", "start", &ini, "--yes", "--overwrite"];
-    for (option, value, expected) in [
+    for (options, expected) in [
+        ("--scale X=2", "--scale: `X=2` is not of the form X=2/100"),
+        ("--scale X=2,5/100", "write a decimal point: X=2.5/100"),
+        ("--square X=2/100", "--square: `X=2/100` is not"),
+        ("--dial XY=2", "--dial: `XY=2` is not X=4"),
+        ("--growth room=1/1", "--growth: `room=1/1` is not"),
         (
-            "--scale",
-            "X=2",
-            "--scale: `X=2` is not of the form X=2/100",
+            "--square XY=2/100 --square YX=2/100",
+            "EC0X has been measured twice",
         ),
-        ("--scale", "X=2,5/100", "write a decimal point: X=2.5/100"),
-        ("--square", "X=2/100", "--square: `X=2/100` is not"),
-        ("--dial", "XY=2", "--dial: `XY=2` is not X=4"),
-        ("--growth", "room=1/1", "--growth: `room=1/1` is not"),
     ] {
-        fails(&[&start[..], &[option, value]].concat(), expected);
+        let options = format!("--overwrite {options}");
+        has(&start(2, &folder, &options), expected);
         assert!(!Path::new(&folder.at("errors.toml")).exists());
     }
-    let twice = ["--square", "XY=2/100", "--square", "YX=2/100"];
-    fails(
-        &[&start[..], &twice].concat(),
-        "EC0X has been measured twice",
-    );
-    let other = mill("");
-    fails(
-        &[
-            "linuxcnc",
-            "start",
-            &other.at("mill.ini"),
-            "--table",
-            "XA",
-            "--yes",
-        ],
-        "--table: the machine has no linear axis A",
-    );
+    let said = start(2, &mill(""), "--table XA");
+    has(&said, "--table: the machine has no linear axis A");
     refused(
         &["linuxcnc", "start", &folder.at("none.ini"), "--yes"],
         &["none.ini"],
@@ -288,15 +223,17 @@ fn wrong_readings_are_refused() {
 #[test]
 fn a_second_run_replaces_the_readings_of_the_first() {
     let folder = mill("");
-    let ini = folder.at("mill.ini");
-    let run = |more: &[&str]| {
-        let words = ["linuxcnc", "start", &ini, "--table", "XY", "--yes"];
-        // Without --install, `check` says what is missing in the INI file.
-        trueaxis(&[&words[..], more].concat())
+    // Without --install, `check` says what is missing in the INI file.
+    let run = |more: &str| {
+        let words = format!(
+            "linuxcnc start {} --table XY --yes {more}",
+            folder.at("mill.ini")
+        );
+        trueaxis(&words.split(' ').collect::<Vec<_>>())
     };
-    run(&["--scale", "X=2/100"]);
+    run("--scale X=2/100");
     assert!(read(&folder, "errors.toml").contains("EXX1"));
-    let done = run(&["--square", "XY=-3/100", "--overwrite"]);
+    let done = run("--square XY=-3/100 --overwrite");
     let errors = read(&folder, "errors.toml");
     assert!(
         !errors.contains("EXX1") && errors.contains("EC0"),
@@ -304,28 +241,19 @@ fn a_second_run_replaces_the_readings_of_the_first() {
     );
     assert!(read(&folder, "errors.toml.before-trueaxis").contains("EXX1"));
     let said = String::from_utf8(done.stdout).unwrap();
-    assert!(said.contains("errors.toml: 1 reading;"), "{said}");
+    has(&said, "errors.toml: 1 reading;");
 }
 
 #[test]
 fn readings_that_are_not_understood_change_nothing() {
     let folder = mill("");
-    let ini = folder.at("mill.ini");
     let before = folder.names();
-    let words = [
-        "linuxcnc",
-        "start",
-        &ini,
-        "--table",
-        "XY",
-        "--install",
-        "--yes",
-    ];
     for wrong in ["X=2:100", "W=2/100"] {
-        refused(
-            &[&words[..], &["--scale", wrong]].concat(),
-            &["--scale", wrong, "X=2/100"],
-        );
+        let options = format!("--table XY --install --scale {wrong}");
+        let said = start(2, &folder, &options);
+        for part in ["--scale", wrong, "X=2/100"] {
+            has(&said, part);
+        }
         assert_eq!(folder.names(), before);
     }
 }
@@ -348,11 +276,8 @@ fn a_travel_that_is_not_known_is_not_invented() {
         assert_ne!(text, ini);
         folder.file("mill.ini", &text);
         let before = folder.names();
-        let said = answer(1, &path(&folder.at("mill.ini")));
-        assert!(
-            said.contains(&format!("{key} of joint 1 is missing")),
-            "{said}"
-        );
+        let said = start(1, &folder, READINGS);
+        has(&said, &format!("{key} of joint 1 is missing"));
         assert_eq!(folder.names(), before);
         assert_eq!(read(&folder, "mill.ini"), text);
     }
@@ -370,11 +295,10 @@ fn parameters(folder: &Folder) -> Vec<String> {
 #[test]
 fn lines_are_taken_out_only_if_the_errors_have_what_they_compensated() {
     let backlash = "BACKLASH = 0.02\n";
-    let reading = ["--scale", "Y=2/100"];
     let set_up = |folder: &Folder| {
         let to = folder.path().display().to_string();
         let ini = folder.at("mill.ini");
-        answer(0, &["linuxcnc", "setup", &ini, "-o", &to]);
+        done(&format!("linuxcnc setup {ini} -o {to}"));
     };
     // Files of `setup` stay, and the reading is added to what they have.
     let folder = mill(backlash);
@@ -391,8 +315,7 @@ fn lines_are_taken_out_only_if_the_errors_have_what_they_compensated() {
     // Nothing is to be added: they are used as they are.
     let folder = mill(backlash);
     set_up(&folder);
-    let ini = folder.at("mill.ini");
-    answer(0, &["linuxcnc", "start", &ini, "--install", "--yes"]);
+    start(0, &folder, "--install");
     assert_eq!(parameters(&folder), ["EXXb"]);
     // They do not have it, or another one.
     for change in [None, Some("BACKLASH = 0.05")] {
@@ -405,18 +328,16 @@ fn lines_are_taken_out_only_if_the_errors_have_what_they_compensated() {
                 folder.file("mill.ini", ini.replace("BACKLASH = 0.02", other));
             }
         }
-        let ini = folder.at("mill.ini");
-        let start = ["linuxcnc", "start", &ini, "--install", "--yes"];
         let before = [folder.names().join(" "), read(&folder, "mill.ini")];
-        fails(
-            &[&start[..], &reading].concat(),
+        has(
+            &start(2, &folder, "--install --scale Y=2/100"),
             "it does not have what LinuxCNC compensates: BACKLASH = 0.0",
         );
         assert_eq!(
             [folder.names().join(" "), read(&folder, "mill.ini")],
             before
         );
-        answer(0, &[&start[..], &reading, &["--overwrite"]].concat());
+        start(0, &folder, "--install --scale Y=2/100 --overwrite");
         assert_eq!(parameters(&folder), ["EYY1", "EXXb"]);
     }
 }
@@ -424,31 +345,23 @@ fn lines_are_taken_out_only_if_the_errors_have_what_they_compensated() {
 #[test]
 fn later_readings_are_added_to_what_linuxcnc_compensated() {
     let folder = mill("BACKLASH = 0.02\n");
-    let ini = folder.at("mill.ini");
-    let start = ["linuxcnc", "start", &ini, "--yes"];
-    answer(0, &[&start[..], &["--install"]].concat());
-    let with = |reading: &str| {
-        [&start[..], &["--overwrite", "--scale", reading]]
-            .concat()
-            .join(" ")
-    };
+    start(0, &folder, "--install");
+    let with =
+        |code, reading: &str| start(code, &folder, &format!("--overwrite --scale {reading}"));
     for (reading, parameter) in [("Y=2/100", "EYY1"), ("Z=2/100", "EZZ1")] {
-        answer(0, &with(reading).split(' ').collect::<Vec<_>>());
+        with(0, reading);
         assert_eq!(parameters(&folder), [parameter, "EXXb"]);
     }
     let before = read(&folder, "errors.toml");
-    fails(
-        &with("X=2/100").split(' ').collect::<Vec<_>>(),
+    has(
+        &with(2, "X=2/100"),
         "errors.toml already has what LinuxCNC compensated along X",
     );
     assert_eq!(read(&folder, "errors.toml"), before);
     // Without the component, and without BACKLASH, a new start would lose it.
     let now = read(&folder, "mill.ini").replace("HALFILE = trueaxis.hal\n", "");
     folder.file("mill.ini", now);
-    fails(
-        &with("Y=2/100").split(' ').collect::<Vec<_>>(),
-        "replacing it would lose that",
-    );
+    has(&with(2, "Y=2/100"), "replacing it would lose that");
     assert_eq!(read(&folder, "errors.toml"), before);
 }
 
@@ -457,16 +370,9 @@ fn copies_of_earlier_runs_are_never_replaced() {
     let folder = mill("");
     let ini = folder.at("mill.ini");
     let original = read(&folder, "mill.ini");
-    let start = [
-        "linuxcnc",
-        "start",
-        &ini,
-        "--yes",
-        "--install",
-        "--overwrite",
-    ];
     for (k, reading) in ["X=1/100", "X=2/100", "X=3/100"].into_iter().enumerate() {
-        answer(0, &[&start[..], &["--scale", reading]].concat());
+        let options = format!("--install --overwrite --scale {reading}");
+        start(0, &folder, &options);
         // The component is taken out by hand.
         let now = read(&folder, "mill.ini").replace("HALFILE = trueaxis.hal\n", "");
         folder.file("mill.ini", format!("# {k}\n{now}"));
@@ -478,8 +384,8 @@ fn copies_of_earlier_runs_are_never_replaced() {
     assert!(read(&folder, "errors.toml.before-trueaxis-2").contains("+2.0 µm"));
     // `setup` says where.
     let to = folder.at("to");
-    let said = answer(0, &["linuxcnc", "setup", &ini, "-o", &to, "--install"]);
-    assert!(said.contains("mill.ini.before-trueaxis-4"), "{said}");
+    let said = done(&format!("linuxcnc setup {ini} -o {to} --install"));
+    has(&said, "mill.ini.before-trueaxis-4");
 }
 
 #[test]
@@ -512,47 +418,49 @@ fn nothing_is_written_while_it_asks() {
 fn what_install_wrote_is_taken_out_again() {
     let folder = mill("BACKLASH = 0.02\n");
     let original = read(&folder, "mill.ini");
-    let ini = folder.at("mill.ini");
-    let remove = ["linuxcnc", "start", &ini, "--remove"];
-    fails(&remove, "it does not have what --install writes");
-    let start = ["linuxcnc", "start", &ini, "--install", "--yes"];
-    answer(0, &start);
+    let remove = format!("linuxcnc start {} --remove", folder.at("mill.ini"));
+    refused(
+        &remove.split_whitespace().collect::<Vec<_>>(),
+        &["it does not have what --install writes"],
+    );
+    start(0, &folder, "--install");
     let installed = read(&folder, "mill.ini");
     assert_ne!(installed, original);
     let names = folder.names();
-    answer(0, &remove);
+    done(&remove);
     assert_eq!(read(&folder, "mill.ini"), original);
     assert_eq!(folder.names(), names);
     // With what was changed since.
     folder.file("mill.ini", format!("{installed}[OWN]\n"));
-    answer(0, &remove);
+    done(&remove);
     assert_eq!(read(&folder, "mill.ini"), format!("{original}[OWN]\n"));
     // And it can be brought in again.
-    answer(0, &[&start[..], &["--overwrite"]].concat());
+    start(0, &folder, "--install --overwrite");
     assert_eq!(read(&folder, "mill.ini"), format!("{installed}[OWN]\n"));
-    fails(
-        &[&remove[..], &["--install"]].concat(),
+    let both = format!("{remove} --install");
+    let output = trueaxis(&both.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(output.status.code(), Some(2));
+    has(
+        &plain(&output.stderr),
         "'--remove' cannot be used with '--install'",
     );
 }
 
 #[test]
 fn a_compensation_from_elsewhere_is_never_lost() {
-    let reading = ["--scale", "X=2/100"];
     for is_installed in [false, true] {
         let folder = mill("");
-        let ini = folder.at("mill.ini");
-        let start = ["linuxcnc", "start", &ini, "--yes", "--install"];
         if is_installed {
-            answer(0, &start);
+            start(0, &folder, "--install");
         }
         folder.file("machine.trax", "calibrated");
         let before = folder.names();
-        fails(&[&start[..], &reading].concat(), "machine.trax exists: ");
+        let said = start(2, &folder, "--install --scale X=2/100");
+        has(&said, "machine.trax exists: ");
         assert_eq!(folder.names(), before);
         assert_eq!(read(&folder, "machine.trax"), "calibrated");
-        let said = answer(0, &[&start[..], &reading, &["--overwrite"]].concat());
-        assert!(said.contains("machine.trax.before-trueaxis"), "{said}");
+        let said = start(0, &folder, "--install --scale X=2/100 --overwrite");
+        has(&said, "machine.trax.before-trueaxis");
         assert_eq!(read(&folder, "machine.trax.before-trueaxis"), "calibrated");
     }
 }
@@ -560,38 +468,21 @@ fn a_compensation_from_elsewhere_is_never_lost() {
 #[test]
 fn a_spindle_that_grows_is_connected_and_compensated() {
     let folder = mill("");
-    let ini = folder.at("mill.ini");
-    let start = [
-        "linuxcnc",
-        "start",
-        &ini,
-        "--table",
-        "XY",
-        "--yes",
-        "--install",
-    ];
-    let sensors = [
-        "--temperature",
-        "room=ain.1",
-        "--temperature",
-        "bearing=ain.0",
-    ];
+    let with = |code, growth: &str| {
+        let sensors = "--temperature room=ain.1 --temperature bearing=ain.0";
+        let options = format!("--table XY --install {sensors} --growth {growth}");
+        start(code, &folder, &options)
+    };
     for (growth, expected) in [
         ("spindle=12/15", "`spindle=12/15` is not"),
         ("bearing=12", "`bearing=12` is not"),
         ("bearing=12/0", "`bearing=12/0` is not"),
     ] {
         let before = folder.names();
-        fails(
-            &[&start[..], &sensors, &["--growth", growth]].concat(),
-            expected,
-        );
+        has(&with(2, growth), expected);
         assert_eq!(folder.names(), before);
     }
-    answer(
-        0,
-        &[&start[..], &sensors, &["--growth", "bearing=12/15"]].concat(),
-    );
+    with(0, "bearing=12/15");
     let hal = read(&folder, "trueaxis.hal");
     // The compensation has the sensor of the growth only.
     for line in [
@@ -599,14 +490,14 @@ fn a_spindle_that_grows_is_connected_and_compensated() {
         "net trueaxis-temperature-0 ain.0 => trueaxis.temperature-0",
         "net trueaxis-temperature-1 ain.1 => trueaxis.temperature-1",
     ] {
-        assert!(hal.contains(line), "{hal}");
+        has(&hal, line);
     }
     // 10 K above the reference, Z goes 8 µm away from the table.
     let path = folder.file("path.csv", "X,Y,Z,bearing\n100,100,-50,0\n100,100,-50,10\n");
-    let said = answer(
-        0,
-        &["eval", &folder.at("machine.trax"), "--positions", &path],
-    );
+    let said = done(&format!(
+        "eval {} --positions {path}",
+        folder.at("machine.trax")
+    ));
     let rows: Vec<&str> = said.lines().skip(1).collect();
     let z = |row: &str| {
         row.split(',')
@@ -618,8 +509,6 @@ fn a_spindle_that_grows_is_connected_and_compensated() {
     };
     assert!((z(rows[1]) - z(rows[0]) - 8e-3).abs() < 1e-5, "{said}");
     // What is installed keeps its lines.
-    fails(
-        &[&start[..], &sensors, &["--growth", "bearing=12/15"]].concat(),
-        "it stays, and has no --temperature",
-    );
+    let said = with(2, "bearing=12/15");
+    has(&said, "it stays, and has no --temperature");
 }

@@ -2,7 +2,7 @@
 
 use crate::identify::{probings, probings_of};
 use crate::observations::observations;
-use crate::program::{Folder, example, plain, trueaxis};
+use crate::program::{Folder, example, examples, plain, run, trueaxis};
 
 /// The observations with one column of the rows of a set-up changed, and the answer of `identify` to them: exit code,
 /// output and warnings.
@@ -33,7 +33,9 @@ fn identified(folder: &Folder, observed: &str) -> (i32, String) {
     let probed = probings(folder, &[]);
     let file = folder.file("changed.csv", observed);
     let machine = example("kolibri/machine.toml");
-    let output = trueaxis(&["identify", &machine, &probed, "--observations", &file]);
+    let output = run(&format!(
+        "identify {machine} {probed} --observations {file}"
+    ));
     let said = [&output.stdout[..], &output.stderr[..]].concat();
     (output.status.code().unwrap(), plain(&said))
 }
@@ -59,52 +61,50 @@ fn readings_as_they_are_contradict_nothing_and_show_the_deviation_of_each_prior(
 }
 
 #[test]
-fn lengths_in_another_unit_are_named() {
-    for (factor, unit) in [(1.0 / 25.4, "inches"), (1e-3, "metres"), (1e3, "µm")] {
-        let found = with("bar", "length_mm", &|read, _| read * factor);
-        named(
-            unit,
-            found,
-            &[&format!("the readings of bar fit if they are in {unit}")],
-        );
+fn readings_of_another_quantity_are_named() {
+    type Change = fn(f64, f64) -> f64;
+    let cases: [(&str, Change, &str); 8] = [
+        ("bar", |read, _| read / 25.4, "fit if they are in inches"),
+        ("bar", |read, _| read * 1e-3, "fit if they are in metres"),
+        ("bar", |read, _| read * 1e3, "fit if they are in µm"),
+        (
+            "bar",
+            |read, _| read - 100.0,
+            "fit if they are deviations of a length of 100.0",
+        ),
+        // Without its extension.
+        (
+            "bar",
+            |read, _| read - 30.0,
+            "fit with a dead length of 30.0",
+        ),
+        (
+            "laser",
+            |read, x| x + 1e-3 * read,
+            "fit if they are positions in mm instead of deviations in µm",
+        ),
+        (
+            "square",
+            |read, _| -read,
+            "look as if they count the other way",
+        ),
+        (
+            "square",
+            |read, _| read / 1e3,
+            "look to be in mm instead of µm",
+        ),
+    ];
+    for (setup, change, what) in cases {
+        let column = match setup {
+            "bar" => "length_mm",
+            _ => "displacement_um",
+        };
+        let part = format!("the readings of {setup} {what}");
+        named(what, with(setup, column, &change), &[&part]);
     }
-}
-
-#[test]
-fn deviations_in_place_of_lengths_are_named_and_so_is_another_dead_length() {
-    let found = with("bar", "length_mm", &|read, _| read - 100.0);
-    let parts = ["the readings of bar fit if they are deviations of a length of 100.0"];
-    named("deviations", found, &parts);
-    let found = with("bar", "length_mm", &|read, _| read - 30.0);
-    let parts = ["the readings of bar fit with a dead length of 30.0"];
-    named("without its extension", found, &parts);
-}
-
-#[test]
-fn positions_in_place_of_deviations_are_named() {
-    let found = with("laser", "displacement_um", &|read, x| x + 1e-3 * read);
-    let parts =
-        ["the readings of laser fit if they are positions in mm instead of deviations in µm"];
-    named("mm", found, &parts);
     // More than any deviation.
     let found = with("laser", "displacement_um", &|read, x| 1e3 * x + read);
     named("µm", found, &["cannot be a reading", "look at its unit"]);
-}
-
-#[test]
-fn displacements_in_another_unit_or_sense_are_named() {
-    let found = with("square", "displacement_um", &|read, _| -read);
-    named(
-        "sign",
-        found,
-        &["the readings of square look as if they count the other way"],
-    );
-    let found = with("square", "displacement_um", &|read, _| read / 1e3);
-    named(
-        "mm",
-        found,
-        &["the readings of square look to be in mm instead of µm"],
-    );
 }
 
 #[test]
@@ -200,9 +200,8 @@ fn senses_that_probings_cannot_show_are_said_to_be_unseen() {
     // With the places of balls, they are seen.
     let folder = Folder::new();
     let file = probings(&folder, &[]);
-    let [machine, artefact] =
-        ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
-    let output = trueaxis(&["identify", &machine, &file, "--artefact", &artefact]);
+    let [machine, artefact] = examples("kolibri", ["machine.toml", "artefact.toml"]);
+    let output = run(&format!("identify {machine} {file} --artefact {artefact}"));
     let said = plain(&output.stdout);
     assert!(!said.contains("counted the other way"), "{said}");
 }
@@ -217,7 +216,7 @@ fn a_position_of_a_rotary_axis_that_is_off_is_named() {
     let text = std::fs::read_to_string(probings_of(&folder, &plan, &[])).unwrap();
     let text = text.replace(",15.002500000,", ",15.000000000,");
     let file = folder.file("reported.csv", text);
-    let output = trueaxis(&["identify", &machine, &file, "--model", "10"]);
+    let output = run(&format!("identify {machine} {file} --model 10"));
     let said = plain(&[&output.stdout[..], &output.stderr[..]].concat());
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("at A = 15, A was off by "), "{said}");

@@ -1,6 +1,6 @@
 //! Deliberate versions of the most common mistakes in probings, and the messages about them.
 
-use crate::program::{Folder, answer, example, plain, trueaxis};
+use crate::program::{Folder, done, example, plain, trueaxis};
 
 /// Probings of the Kolibri as a table that can be modified.
 struct Table {
@@ -69,21 +69,10 @@ fn simulated(folder: &Folder, changed: &[(&str, &str, &str)]) -> Table {
     };
     let [machine, artefact, plan] = ["machine.toml", "artefact.toml", "plan.csv"].map(file);
     let errors = example("kolibri/errors-10.toml");
-    Table::read(&answer(
-        0,
-        &[
-            "simulate",
-            "probings",
-            &machine,
-            &errors,
-            "--artefact",
-            &artefact,
-            "--plan",
-            &plan,
-            "--noise",
-            "1",
-        ],
-    ))
+    Table::read(&done(&format!(
+        "simulate probings {machine} {errors} --artefact {artefact} --plan {plan} \
+            --noise 1"
+    )))
 }
 
 /// Replaces some rows by those of another table.
@@ -92,6 +81,16 @@ fn mixed(mut table: Table, other: &Table, rows: &[usize]) -> Table {
         table.rows[*row].clone_from(&other.rows[*row]);
     }
     table
+}
+
+/// Probings of which ball 2 has moved half way, and the line of the first row after that.
+fn moved(folder: &Folder, to: &str) -> (Table, usize) {
+    let good = simulated(folder, &[]);
+    let moved = simulated(folder, &[("artefact.toml", "[-20.0, 75.0, 37.5]", to)]);
+    let of_ball = good.rows_of("2");
+    let from = of_ball.len() / 2;
+    let line = of_ball[from] + 2;
+    (mixed(good, &moved, &of_ball[from..]), line)
 }
 
 /// Exit code and standard error of `identify`.
@@ -329,19 +328,7 @@ fn more_than_a_tenth_of_outliers_is_no_result() {
 #[test]
 fn a_ball_that_has_moved_is_named_with_its_row() {
     let folder = Folder::new();
-    let good = simulated(&folder, &[]);
-    let moved = simulated(
-        &folder,
-        &[(
-            "artefact.toml",
-            "[-20.0, 75.0, 37.5]",
-            "[-20.0, 75.03, 37.54]",
-        )],
-    );
-    let of_ball = good.rows_of("2");
-    let from = of_ball.len() / 2;
-    let line = of_ball[from] + 2;
-    let table = mixed(good, &moved, &of_ball[from..]);
+    let (table, line) = moved(&folder, "[-20.0, 75.03, 37.54]");
     let what = format!("before line {line}: look whether it is loose");
     let parts = ["ball 2 has moved by", what.as_str(), "--without \"ball 2\""];
     assert_said(said(&folder, &table, &[]), 1, &parts);
@@ -356,19 +343,7 @@ fn a_ball_that_has_moved_is_named_with_its_row() {
 #[test]
 fn a_ball_that_has_moved_is_named_before_the_bar_that_it_ends() {
     let folder = Folder::new();
-    let good = simulated(&folder, &[]);
-    let moved = simulated(
-        &folder,
-        &[(
-            "artefact.toml",
-            "[-20.0, 75.0, 37.5]",
-            "[-20.1, 75.0, 37.5]",
-        )],
-    );
-    let of_ball = good.rows_of("2");
-    let from = of_ball.len() / 2;
-    let line = of_ball[from] + 2;
-    let table = mixed(good, &moved, &of_ball[from..]);
+    let (table, line) = moved(&folder, "[-20.1, 75.0, 37.5]");
     let artefact = std::fs::read_to_string(example("kolibri/artefact.toml")).unwrap();
     // As long as the balls are apart: (90, 55, 0).
     let bar = "\n[[bar]]\nballs = [\"1\", \"2\"]\nlength_mm = 105.4751\nstandard_uncertainty_mm = 0.0005\n";

@@ -1,6 +1,6 @@
 //! `new`: the files that it begins with, and what it refuses.
 
-use crate::program::{Folder, answer, plain, refused, trueaxis};
+use crate::program::{Folder, answer, has, plain, refused, trueaxis};
 
 const TRAVEL: &str = "X=500,Y=0:400,Z=300";
 
@@ -21,7 +21,7 @@ fn every_kind_begins_with_files_that_the_other_commands_take() {
         let folder = Folder::new();
         let at = folder.at("new");
         let said = answer(0, &["new", &at, "--kind", &kind, "--travel", TRAVEL]);
-        assert!(said.contains(&layout), "{said}");
+        has(&said, &layout);
         let [machine, errors] = ["machine.toml", "errors.toml"].map(|name| format!("{at}/{name}"));
         answer(0, &["pose", &machine, "--at", "X=10"]);
         let text = std::fs::read_to_string(&errors).unwrap();
@@ -57,7 +57,7 @@ fn answers_become_the_machine_in_mm() {
         "origin_mm = [0.0, 0.0, -50.8]",
         "tip_mm = [0.0, 0.0, -101.6]",
     ] {
-        assert!(text.contains(line), "{line}\n{text}");
+        has(&text, line);
     }
 }
 

@@ -1,13 +1,17 @@
 //! Readings of instruments, beside probings and alone, and invalid ones.
 
 use crate::identify::probings;
-use crate::program::{Folder, answer, example, plain, refused, trueaxis};
+use crate::program::{
+    Folder, answer, done, example, examples, json, plain, refused, refuses, trueaxis,
+};
 
 /// The observations of the example.
 pub fn observations(folder: &Folder, more: &[&str]) -> String {
     let out = folder.at("mixed.csv");
-    let files = ["machine.toml", "errors-10.toml", "observations.csv"];
-    let [machine, errors, plan] = files.map(|f| example(&format!("kolibri/{f}")));
+    let [machine, errors, plan] = examples(
+        "kolibri",
+        ["machine.toml", "errors-10.toml", "observations.csv"],
+    );
     let mut arguments = vec!["simulate", "observations", &machine, &errors];
     arguments.extend(["--plan", &plan, "-o", &out]);
     arguments.extend(more);
@@ -41,19 +45,16 @@ fn instruments_and_probings_give_one_answer_that_can_be_compiled() {
     }
     // The scale is no longer relative.
     assert!(!said.contains("common scale"), "{said}");
-    let json: serde_json::Value =
+    let found: serde_json::Value =
         serde_json::from_str(&answer(0, &[&arguments[..], &["--json"]].concat())).unwrap();
-    let noise = json["observed"]["noise"].as_array().unwrap();
+    let noise = found["observed"]["noise"].as_array().unwrap();
     assert_eq!(noise.len(), 3);
     assert_eq!(noise[1]["source"], "lengths");
-    assert_eq!(json["observed"]["rows"].as_array().unwrap().len(), 53);
+    assert_eq!(found["observed"]["rows"].as_array().unwrap().len(), 53);
     let blob = folder.at("machine.trax");
-    answer(
-        0,
-        &[
-            "compile", &machine, &errors, "-o", &blob, "--random", "1000",
-        ],
-    );
+    done(&format!(
+        "compile {machine} {errors} -o {blob} --random 1000"
+    ));
     // With the page, too.
     let page = folder.at("page.html");
     answer(0, &[&arguments[..], &["--report", &page]].concat());
@@ -71,68 +72,32 @@ fn instruments_and_probings_give_one_answer_that_can_be_compiled() {
 #[test]
 fn instruments_alone_and_files_of_runs_and_circles_are_read() {
     let folder = Folder::new();
-    let [machine, errors] =
-        ["machine.toml", "errors-10.toml"].map(|f| example(&format!("kolibri/{f}")));
+    let [machine, errors] = examples("kolibri", ["machine.toml", "errors-10.toml"]);
     let (laser, square, circle) = (
         folder.at("x.csv"),
         folder.at("xy.csv"),
         folder.at("circle.csv"),
     );
     let at = "Y=0,Z=100,A=0,C=0";
-    answer(
-        0,
-        &[
-            "simulate", "laser", &machine, &errors, "--axis", "X", "--at", at, "--noise", "0.2",
-            "-o", &laser,
-        ],
-    );
+    done(&format!(
+        "simulate laser {machine} {errors} --axis X --at {at} --noise 0.2 -o {laser}"
+    ));
     let at = "X=0,Y=0,Z=100,A=0,C=0";
-    answer(
-        0,
-        &[
-            "simulate",
-            "square",
-            &machine,
-            &errors,
-            "--lines",
-            "X,Y",
-            "--at",
-            at,
-            "--noise",
-            "0.2",
-            "--square-urad",
-            "30",
-            "-o",
-            &square,
-        ],
-    );
-    answer(
-        0,
-        &[
-            "simulate", "ballbar", &machine, &errors, "--plane", "XY", "--at", at, "--noise",
-            "0.2", "-o", &circle,
-        ],
-    );
+    done(&format!(
+        "simulate square {machine} {errors} --lines X,Y --at {at} --noise 0.2 \
+            --square-urad 30 -o {square}"
+    ));
+    done(&format!(
+        "simulate ballbar {machine} {errors} --plane XY --at {at} --noise 0.2 -o \
+            {circle}"
+    ));
     let out = folder.at("errors.toml");
-    let said = answer(
-        0,
-        &[
-            "identify",
-            &machine,
-            "--observations",
-            &laser,
-            &square,
-            &circle,
-            "--model",
-            "EXX1,EYY1,EC0X",
-            "--json",
-            "-o",
-            &out,
-        ],
-    );
-    let json: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let found = json(&format!(
+        "identify {machine} --observations {laser} {square} {circle} --model \
+            EXX1,EYY1,EC0X -o {out}"
+    ));
     for (name, truth) in [("EXX1", 0.0), ("EYY1", -0.607e-3), ("EC0X", 0.143e-3)] {
-        let all = json["parameters"].as_array().unwrap();
+        let all = found["parameters"].as_array().unwrap();
         let one = all.iter().find(|p| p["parameter"] == name).unwrap();
         let [value, uncertainty] =
             ["value", "standard_uncertainty"].map(|k| one[k].as_f64().unwrap());
@@ -160,32 +125,14 @@ fn instruments_alone_and_files_of_runs_and_circles_are_read() {
         sphere += &format!("{x:.6},{y:.6},{z:.6},{radial:.4}\n");
     }
     let sphere = folder.file("sphere.csv", sphere);
-    let said = answer(
-        0,
-        &[
-            "identify",
-            &machine,
-            "--observations",
-            &sphere,
-            "--model",
-            "EXX1",
-            "--json",
-        ],
-    );
-    let json: serde_json::Value = serde_json::from_str(&said).unwrap();
-    let scale = json["parameters"][0]["value"].as_f64().unwrap();
+    let found = json(&format!(
+        "identify {machine} --observations {sphere} --model EXX1"
+    ));
+    let scale = found["parameters"][0]["value"].as_f64().unwrap();
     assert!((scale - 1e-4).abs() < 1e-6, "{scale}");
-    let text = answer(
-        0,
-        &[
-            "identify",
-            &machine,
-            "--observations",
-            &laser,
-            "--model",
-            "EXX1",
-        ],
-    );
+    let text = done(&format!(
+        "identify {machine} --observations {laser} --model EXX1"
+    ));
     assert!(
         text.contains("from 220 observations with 1 set-up")
             || text.contains("from 110 observations with 1 set-up"),
@@ -321,13 +268,15 @@ fn bad_observations_are_refused_with_their_place() {
 #[test]
 fn drift_is_reported_and_removed_if_rows_have_times() {
     let folder = Folder::new();
-    let [machine, errors, artefact, plan] = [
-        "machine.toml",
-        "errors-10.toml",
-        "artefact.toml",
-        "plan.csv",
-    ]
-    .map(|f| example(&format!("kolibri/{f}")));
+    let [machine, errors, artefact, plan] = examples(
+        "kolibri",
+        [
+            "machine.toml",
+            "errors-10.toml",
+            "artefact.toml",
+            "plan.csv",
+        ],
+    );
     let text = std::fs::read_to_string(plan).unwrap();
     let mut rows: Vec<&str> = text.lines().collect();
     let header = rows.remove(0);
@@ -363,15 +312,15 @@ fn drift_is_reported_and_removed_if_rows_have_times() {
         "10",
         "--json",
     ];
-    let json: serde_json::Value = serde_json::from_str(&answer(0, &exponential)).unwrap();
-    let drift = &json["observed"]["drift"][0];
+    let found: serde_json::Value = serde_json::from_str(&answer(0, &exponential)).unwrap();
+    let drift = &found["observed"]["drift"][0];
     let [moved, lag] = ["value", "time_constant_s"].map(|key| drift[key].as_f64().unwrap());
     assert!((moved - 10e-3).abs() < 1e-3, "{moved}");
     // Of a bend of 4 µm, 1 µm of noise in 168 rows leaves this much.
     assert!((lag - 0.2 * 5010.0).abs() < 300.0, "{lag}");
     let timed = timed("0");
     for model in ["10", "auto"] {
-        let said = answer(0, &["identify", &machine, &timed, "--model", model]);
+        let said = done(&format!("identify {machine} {timed} --model {model}"));
         let line = said
             .lines()
             .find(|line| line.contains("the artefact moved along x by"));
@@ -389,8 +338,8 @@ fn drift_is_reported_and_removed_if_rows_have_times() {
 #[test]
 fn a_part_that_the_machine_has_cut_shows_its_errors() {
     let folder = Folder::new();
-    let files = ["machine.toml", "errors-10.toml", "part.csv"];
-    let [machine, errors, plan] = files.map(|f| example(&format!("kolibri/{f}")));
+    let [machine, errors, plan] =
+        examples("kolibri", ["machine.toml", "errors-10.toml", "part.csv"]);
     let (measured, found) = (folder.at("measured.csv"), folder.at("errors.toml"));
     let simulate = ["simulate", "observations", &machine, &errors, "--plan"];
     answer(0, &[&simulate[..], &[&plan, "-o", &measured]].concat());
@@ -399,9 +348,9 @@ fn a_part_that_the_machine_has_cut_shows_its_errors() {
     ];
     let said = plain(answer(0, &identify).as_bytes());
     assert!(said.contains("surfaces"), "{said}");
-    let json: serde_json::Value =
+    let answered: serde_json::Value =
         serde_json::from_str(&answer(0, &[&identify[..], &["--json"]].concat())).unwrap();
-    let parameters = json["parameters"].as_array().unwrap();
+    let parameters = answered["parameters"].as_array().unwrap();
     let truth = std::fs::read_to_string(&errors).unwrap();
     let mut compared = 0;
     for line in truth.lines() {
@@ -434,6 +383,6 @@ fn a_part_that_the_machine_has_cut_shows_its_errors() {
     ] {
         assert_ne!(wrong, text);
         let wrong = folder.file("wrong.csv", wrong);
-        refused(&["identify", &machine, &wrong, "-o", &found], &parts);
+        refuses(&format!("identify {machine} {wrong} -o {found}"), &parts);
     }
 }

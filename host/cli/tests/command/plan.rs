@@ -1,49 +1,27 @@
 //! Strategies, their programs, the logs of their touches, and invalid ones.
 
-use crate::program::{Folder, answer, example, plain, refused, trueaxis};
+use crate::program::{
+    Folder, answer, done, example, examples, json, plain, refused, refuses, trueaxis,
+};
 
-fn planned(folder: &Folder, more: &[&str]) -> serde_json::Value {
-    let [machine, artefact] =
-        ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
-    let out = folder.at("plan.csv");
-    let mut arguments = vec![
-        "plan",
-        &machine,
-        "--artefact",
-        &artefact,
-        "--model",
-        "12",
-        "--json",
-    ];
-    arguments.extend(["--indexings", "A=-50:50:10,C=0:330:30", "-o", &out]);
-    arguments.extend(more);
-    serde_json::from_str(&answer(0, &arguments)).unwrap()
+fn planned(folder: &Folder, more: &str) -> serde_json::Value {
+    let [machine, artefact] = examples("kolibri", ["machine.toml", "artefact.toml"]);
+    let (out, indexings) = (folder.at("plan.csv"), "A=-50:50:10,C=0:330:30");
+    let plan = format!("plan {machine} --artefact {artefact} --model 12 -o {out}");
+    json(&format!("{plan} --indexings {indexings} {more}"))
 }
 
 /// The log of its touches on a machine with the document's errors and 0.5 µm of noise.
 fn touched(folder: &Folder) -> String {
-    let files = ["machine", "errors-12", "artefact"];
-    let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}.toml")));
-    let (plan, log) = (folder.at("plan.csv"), folder.at("touches.log"));
-    answer(
-        0,
-        &[
-            "simulate",
-            "touches",
-            &machine,
-            &errors,
-            "--artefact",
-            &artefact,
-            "--plan",
-            &plan,
-            "--noise",
-            "0.5",
-            "--misplaced",
-            "1,-1,0.5",
-            "-o",
-            &log,
-        ],
+    let [machine, errors, artefact] = examples(
+        "kolibri",
+        ["machine.toml", "errors-12.toml", "artefact.toml"],
     );
+    let (plan, log) = (folder.at("plan.csv"), folder.at("touches.log"));
+    done(&format!(
+        "simulate touches {machine} {errors} --artefact {artefact} --plan {plan} \
+            --noise 0.5 --misplaced 1,-1,0.5 -o {log}"
+    ));
     log
 }
 
@@ -53,18 +31,10 @@ fn a_plan_leads_to_parameters() {
     let (program, table) = (folder.at("probe.ngc"), folder.at("table.csv"));
     let proposed = planned(
         &folder,
-        &[
-            "--probings",
-            "40",
-            "--program",
-            &program,
-            "--table",
-            &table,
-            "--ball-diameter",
-            "20",
-            "--stylus-diameter",
-            "6",
-        ],
+        &format!(
+            "--probings 40 --program {program} --table {table} --ball-diameter 20 \
+            --stylus-diameter 6"
+        ),
     );
     assert_eq!(
         [
@@ -87,31 +57,15 @@ fn a_plan_leads_to_parameters() {
     let table = std::fs::read_to_string(&table).unwrap();
     assert_eq!(table.lines().count(), 201);
     // The written plan gets the same evaluation.
-    let [machine, artefact] =
-        ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
+    let [machine, artefact] = examples("kolibri", ["machine.toml", "artefact.toml"]);
     let plan = folder.at("plan.csv");
-    let again = answer(
-        0,
-        &[
-            "plan",
-            &machine,
-            "--artefact",
-            &artefact,
-            "--model",
-            "12",
-            "--json",
-            "--plan",
-            &plan,
-        ],
-    );
-    let again: serde_json::Value = serde_json::from_str(&again).unwrap();
+    let again = json(&format!(
+        "plan {machine} --artefact {artefact} --model 12 --plan {plan}"
+    ));
     assert_eq!(proposed, again);
     let log = touched(&folder);
     let out = folder.at("probings.csv");
-    let said = answer(
-        0,
-        &["probings", &machine, &log, "--plan", &plan, "-o", &out],
-    );
+    let said = done(&format!("probings {machine} {log} --plan {plan} -o {out}"));
     assert!(
         said.contains("40 probings of 4 balls from 200 touches"),
         "{said}"
@@ -121,8 +75,7 @@ fn a_plan_leads_to_parameters() {
         said.contains("ball 1: 13.00") || said.contains("ball 1: 12.99"),
         "{said}"
     );
-    let found = answer(0, &["identify", &machine, &out, "--model", "12", "--json"]);
-    let found: serde_json::Value = serde_json::from_str(&found).unwrap();
+    let found = json(&format!("identify {machine} {out} --model 12"));
     assert_eq!(found["parameters"].as_array().unwrap().len(), 12);
     let of = |name: &str| {
         let all = found["parameters"].as_array().unwrap();
@@ -140,16 +93,7 @@ fn the_program_comes_from_the_side_that_the_plan_wants() {
     let program = folder.at("probe.ngc");
     planned(
         &folder,
-        &[
-            "--probings",
-            "30",
-            "--program",
-            &program,
-            "--ball-diameter",
-            "20",
-            "--stylus-diameter",
-            "6",
-        ],
+        &format!("--probings 30 --program {program} --ball-diameter 20 --stylus-diameter 6"),
     );
     let plan = std::fs::read_to_string(folder.at("plan.csv")).unwrap();
     let program = std::fs::read_to_string(program).unwrap();
@@ -197,21 +141,23 @@ fn program_row(program: &str, line: &str) -> bool {
 #[test]
 fn instruments_are_planned_beside_probings_and_alone() {
     let folder = Folder::new();
-    let [machine, artefact, probings, observations] = [
-        "machine.toml",
-        "artefact.toml",
-        "plan.csv",
-        "observations.csv",
-    ]
-    .map(|f| example(&format!("kolibri/{f}")));
+    let [machine, artefact, probings, observations] = examples(
+        "kolibri",
+        [
+            "machine.toml",
+            "artefact.toml",
+            "plan.csv",
+            "observations.csv",
+        ],
+    );
     let alone = ["plan", &machine, "--observations", &observations, "--json"];
     let plan = |more: &[&str]| -> serde_json::Value {
         serde_json::from_str(&answer(0, &[&alone[..], more].concat())).unwrap()
     };
-    let json = plan(&["--model", "10"]);
-    assert_eq!([&json["probings"], &json["observations"]], [0, 53]);
+    let found = plan(&["--model", "10"]);
+    assert_eq!([&found["probings"], &found["observations"]], [0, 53]);
     // The rotary axes do not move.
-    let unseen = json["unseen"].as_array().unwrap();
+    let unseen = found["unseen"].as_array().unwrap();
     assert_eq!(unseen.len(), 5);
     assert!(
         unseen[0]["sentence"]
@@ -221,8 +167,8 @@ fn instruments_are_planned_beside_probings_and_alone() {
         "{unseen:?}"
     );
     // Probings and instruments know more together than either.
-    let of = |json: &serde_json::Value, name: &str| {
-        let all = json["parameters"].as_array().unwrap();
+    let of = |found: &serde_json::Value, name: &str| {
+        let all = found["parameters"].as_array().unwrap();
         let one = all.iter().find(|p| p["parameter"] == name).unwrap();
         one["standard_uncertainty"].as_f64().unwrap()
     };
@@ -241,7 +187,7 @@ fn instruments_are_planned_beside_probings_and_alone() {
     assert_eq!([&both["setups"], &balls["setups"]], [3, 0]);
     for name in ["EC0X", "EYY1", "EZZ1"] {
         assert!(
-            of(&both, name) < of(&json, name).min(of(&balls, name)),
+            of(&both, name) < of(&found, name).min(of(&balls, name)),
             "{name}"
         );
     }
@@ -286,92 +232,70 @@ fn instruments_are_planned_beside_probings_and_alone() {
 #[test]
 fn what_cannot_be_planned_is_refused() {
     let folder = Folder::new();
-    let [machine, artefact] =
-        ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
+    let [machine, artefact] = examples("kolibri", ["machine.toml", "artefact.toml"]);
     let plan = example("kolibri/plan.csv");
-    let refused = |more: &[&str], parts: &[&str]| {
-        let mut arguments = vec!["plan", &machine, "--artefact", &artefact, "--model", "10"];
-        arguments.extend(more);
-        refused(&arguments, parts);
+    let refused = |more: &str, parts: &[&str]| {
+        let start = format!("plan {machine} --artefact {artefact} --model 10");
+        refuses(&format!("{start} {more}"), parts);
     };
-    refused(&["--balls", "1,9"], &["ball `9` is not there"]);
-    refused(&["--balls", "1,1"], &["names 1 twice"]);
-    refused(&["--indexings", "A=0:60"], &["`A=0:60` are no positions"]);
+    refused("--balls 1,9", &["ball `9` is not there"]);
+    refused("--balls 1,1", &["names 1 twice"]);
+    refused("--indexings A=0:60", &["`A=0:60` are no positions"]);
     refused(
-        &["--indexings", "X=0:60:10"],
+        "--indexings X=0:60:10",
         &["X is not a rotary axis of Kolibri"],
     );
     refused(
-        &["--indexings", "A=0:150:50"],
+        "--indexings A=0:150:50",
         &["A = 150 is outside the travel of -120 to 120"],
     );
-    refused(&["--indexings", "A=0,A=10"], &["A is listed twice"]);
-    refused(&["--indexings", "A"], &["`A` says no positions"]);
+    refused("--indexings A=0,A=10", &["A is listed twice"]);
+    refused("--indexings A", &["`A` says no positions"]);
+    refused("--indexings A=100", &["no ball can be probed", "100°"]);
+    refused("--indexings A=0,C=0", &["at all 4 positions", "equations"]);
     refused(
-        &["--indexings", "A=100"],
-        &["no ball can be probed", "100°"],
-    );
-    refused(
-        &["--indexings", "A=0,C=0"],
-        &["at all 4 positions", "equations"],
-    );
-    refused(
-        &["--probings", "8"],
+        "--probings 8",
         &[
             "8 probings are too few for 25 unknowns",
             "--probings 10 or more",
         ],
     );
-    refused(&["--minutes", "5"], &["2 probings are too few"]);
-    refused(&["--search", "13"], &["through the ball"]);
-    refused(&["-o", &artefact], &["the output", "is the input"]);
+    refused("--minutes 5", &["2 probings are too few"]);
+    refused("--search 13", &["through the ball"]);
+    refused(&format!("-o {artefact}"), &["the output", "is the input"]);
     let out = folder.at("same.csv");
     refused(
-        &[
-            "-o",
-            &out,
-            "--table",
-            &out,
-            "--ball-diameter",
-            "20",
-            "--stylus-diameter",
-            "6",
-        ],
+        &format!("-o {out} --table {out} --ball-diameter 20 --stylus-diameter 6"),
         &["would be written twice"],
     );
     let program = folder.at("probe.ngc");
     refused(
-        &[
-            "--plan",
-            &plan,
-            "--program",
-            &program,
-            "--ball-diameter",
-            "20",
-            "--stylus-diameter",
-            "6",
-            "--cone",
-            "50",
-        ],
+        &format!(
+            "--plan {plan} --program {program} --ball-diameter 20 --stylus-diameter 6 \
+            --cone 50"
+        ),
         &["line 5 of the plan: ball 1 cannot be touched", "55°"],
     );
     let few = folder.file("few.csv", "ball,A,C\n1,0,0\n1,10,90\n");
-    refused(&["--plan", &few], &["few.csv", "equations", "unknowns"]);
+    refused(
+        &format!("--plan {few}"),
+        &["few.csv", "equations", "unknowns"],
+    );
     let far = folder.file("far.csv", "ball,A,C\n1,0,0\n1,-120,90\n");
-    refused(&["--plan", &far], &["line 3: ball `1` is at"]);
+    refused(&format!("--plan {far}"), &["line 3: ball `1` is at"]);
     assert_eq!(folder.names(), ["far.csv", "few.csv"]);
 }
 
 #[test]
 fn a_log_that_is_none_of_this_plan_is_refused() {
     let folder = Folder::new();
-    planned(&folder, &["--probings", "30"]);
+    planned(&folder, "--probings 30");
     let whole = std::fs::read_to_string(touched(&folder)).unwrap();
     let lines: Vec<&str> = whole.lines().collect();
     let (machine, plan) = (example("kolibri/machine.toml"), folder.at("plan.csv"));
     let refused = |log: &str, parts: &[&str]| {
         let log = folder.file("bad.log", log);
-        refused(&["probings", &machine, &log, "--plan", &plan], parts);
+        refuses(&format!("probings {machine} {log} --plan {plan}"), parts);
     };
     refused("", &["the file is empty", "PROBECLOSE"]);
     refused("X,Y,Z,A,C\n", &["no rows below the header"]);
@@ -417,7 +341,7 @@ fn a_log_that_is_none_of_this_plan_is_refused() {
 #[test]
 fn logs_that_end_early_or_were_begun_again_are_read_and_missing_touches_named() {
     let folder = Folder::new();
-    planned(&folder, &["--probings", "30"]);
+    planned(&folder, "--probings 30");
     let whole = std::fs::read_to_string(touched(&folder)).unwrap();
     let lines: Vec<&str> = whole.lines().collect();
     let (machine, plan) = (example("kolibri/machine.toml"), folder.at("plan.csv"));
@@ -450,7 +374,7 @@ fn logs_that_end_early_or_were_begun_again_are_read_and_missing_touches_named() 
 #[test]
 fn a_touch_that_disagrees_is_named() {
     let folder = Folder::new();
-    planned(&folder, &["--probings", "30"]);
+    planned(&folder, "--probings 30");
     let whole = std::fs::read_to_string(touched(&folder)).unwrap();
     let mut lines: Vec<String> = whole.lines().map(str::to_owned).collect();
     let words: Vec<&str> = lines[50].split(' ').collect();
@@ -465,10 +389,7 @@ fn a_touch_that_disagrees_is_named() {
         folder.file("off.log", lines.join("\n")),
         folder.at("probings.csv"),
     );
-    let said = answer(
-        0,
-        &["probings", &machine, &log, "--plan", &plan, "-o", &out],
-    );
+    let said = done(&format!("probings {machine} {log} --plan {plan} -o {out}"));
     let named = said.lines().find(|l| l.contains("disagree")).unwrap();
     assert!(named.contains("line 12 of the plan"), "{said}");
     assert!(named.contains("line 51 of the log"), "{said}");
@@ -477,8 +398,10 @@ fn a_touch_that_disagrees_is_named() {
 #[test]
 fn location_errors_that_a_model_lacks_are_named_before_and_after_probing() {
     let folder = Folder::new();
-    let files = ["machine", "errors-12", "artefact"];
-    let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}.toml")));
+    let [machine, errors, artefact] = examples(
+        "kolibri",
+        ["machine.toml", "errors-12.toml", "artefact.toml"],
+    );
     let (plan, probed) = (folder.at("plan.csv"), folder.at("probings.csv"));
     let lacks = |arguments: &[&str]| {
         let output = trueaxis(arguments);

@@ -1,6 +1,6 @@
 //! Maps of a probed surface as a compensation of Z.
 
-use crate::program::{Folder, answer, example, plain, refused, trueaxis};
+use crate::program::{Folder, answer, done, example, json, plain, refused, trueaxis};
 
 /// Z of the surface at x and y of the workpiece: with a product, which is linear along each axis.
 fn height(x: f64, y: f64) -> f64 {
@@ -24,8 +24,7 @@ fn corrections(folder: &Folder, trax: &str, positions: &[[f64; 3]]) -> Vec<Vec<f
         .map(|[x, y, z]| format!("{x},{y},{z}\n"))
         .collect::<String>();
     let path = folder.file("path.csv", format!("X,Y,Z\n{rows}"));
-    let said = answer(0, &["eval", trax, "--positions", &path, "--json"]);
-    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let said = json(&format!("eval {trax} --positions {path}"));
     let axes: Vec<&str> = said["axes"]
         .as_array()
         .unwrap()
@@ -74,12 +73,9 @@ fn z_follows_a_surface_where_it_was_probed() {
     // Added to a compensation, whose corrections stay.
     let geometry = folder.at("geometry.trax");
     let errors = example("mill-21/errors-21.toml");
-    answer(
-        0,
-        &[
-            "compile", &machine, &errors, "-o", &geometry, "--random", "500",
-        ],
-    );
+    done(&format!(
+        "compile {machine} {errors} -o {geometry} --random 500"
+    ));
     let both = folder.at("both.trax");
     let add = [
         &import[..],
@@ -98,8 +94,7 @@ fn z_follows_a_surface_where_it_was_probed() {
     }
     // With bounds that hold both, and once only.
     let bound = |trax: &str| {
-        let said = answer(0, &["inspect", trax, "--json"]);
-        let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+        let said = json(&format!("inspect {trax}"));
         let axes = said["axes"].as_array().unwrap();
         let z = axes.iter().find(|axis| axis["name"] == "Z").unwrap();
         z["value_bound"].as_f64().unwrap()

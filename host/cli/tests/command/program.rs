@@ -1,5 +1,6 @@
 //! Runs the command and captures its output.
 
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
@@ -8,6 +9,11 @@ use tempfile::TempDir;
 /// A file from the examples.
 pub fn example(path: &str) -> String {
     format!("{}/../../examples/{path}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Files of one folder of the examples.
+pub fn examples<const N: usize>(folder: &str, names: [&str; N]) -> [String; N] {
+    names.map(|name| example(&format!("{folder}/{name}")))
 }
 
 /// Runs the command with arguments.
@@ -19,11 +25,44 @@ pub fn trueaxis(arguments: &[&str]) -> Output {
 }
 
 /// Runs the command and returns standard output. Checks that it exits with `code`.
+#[track_caller]
 pub fn answer(code: i32, arguments: &[&str]) -> String {
     let output = trueaxis(arguments);
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(code), "{said}");
     String::from_utf8(output.stdout).unwrap()
+}
+
+/// Like [`answer`], of a command line that has no words with spaces in them.
+#[track_caller]
+pub fn says(code: i32, line: &str) -> String {
+    answer(code, &split(line))
+}
+
+/// Like [`says`], of what must exit with 0.
+#[track_caller]
+pub fn done(line: &str) -> String {
+    says(0, line)
+}
+
+/// Like `done`, of a command line with `--json`.
+pub fn json(line: &str) -> Value {
+    serde_json::from_str(&done(&format!("{line} --json"))).unwrap()
+}
+
+/// Like `refused`, of a command line.
+pub fn refuses(line: &str, parts: &[&str]) {
+    refused(&split(line), parts);
+}
+
+/// Runs a command line that has no words with spaces in them.
+pub fn run(line: &str) -> Output {
+    trueaxis(&split(line))
+}
+
+#[track_caller]
+pub fn has(text: &str, part: &str) {
+    assert!(text.contains(part), "`{part}` is not in\n{text}");
 }
 
 /// Runs the command. Checks that it exits with 2, prints all of `parts` on standard error, and nothing on standard
@@ -36,6 +75,11 @@ pub fn refused(arguments: &[&str], parts: &[&str]) {
     for part in parts.iter().chain(&["help:"]) {
         assert!(said.contains(part), "`{part}` is not in:\n{said}");
     }
+}
+
+/// The arguments of a line, which have no spaces in them.
+pub fn split(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
 }
 
 /// The words separated by single spaces, without frames and line breaks.
@@ -53,6 +97,34 @@ pub struct Folder(TempDir);
 impl Folder {
     pub fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
+    }
+    /// Words of a command line, of which `@NAME` is a file from the examples and `%NAME` one in this folder.
+    pub fn words(&self, line: &str) -> Vec<String> {
+        let word = |word: &str| match word.split_at_checked(1) {
+            Some(("@", name)) => example(name),
+            Some(("%", name)) => self.at(name),
+            _ => word.to_owned(),
+        };
+        line.split_whitespace().map(word).collect()
+    }
+    /// Runs the command with [`words`](Self::words).
+    pub fn run(&self, line: &str) -> Output {
+        let words = self.words(line);
+        trueaxis(&words.iter().map(String::as_str).collect::<Vec<_>>())
+    }
+    /// Like [`answer`], with [`words`](Self::words), where the command succeeds.
+    pub fn answer(&self, line: &str) -> String {
+        let words = self.words(line);
+        answer(0, &words.iter().map(String::as_str).collect::<Vec<_>>())
+    }
+    /// Like [`refused`], with [`words`](Self::words).
+    pub fn refused(&self, line: &str, parts: &[&str]) {
+        let words = self.words(line);
+        refused(&words.iter().map(String::as_str).collect::<Vec<_>>(), parts);
+    }
+    /// The content of a file in it.
+    pub fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path().join(name)).unwrap()
     }
     pub fn path(&self) -> &Path {
         self.0.path()

@@ -1,7 +1,7 @@
 //! The report: a single page, reproducible bytes, and messages about bad input.
 
 use crate::identify::probings;
-use crate::program::{Folder, answer, blob, example, refused, trueaxis};
+use crate::program::{Folder, answer, blob, done, example, refused, split, trueaxis};
 use trueaxis_report::ReportFigures;
 
 fn huron() -> [String; 2] {
@@ -81,9 +81,8 @@ fn compile_writes_the_same_page() {
     let folder = Folder::new();
     let [machine, errors] = huron();
     let (tables, out) = (folder.at("huron.trax"), folder.at("compiled.html"));
-    let arguments = [
-        "compile", &machine, &errors, "-o", &tables, "--report", &out, "--random", "500",
-    ];
+    let line = format!("compile {machine} {errors} -o {tables} --report {out} --random 500");
+    let arguments = split(&line);
     let said = answer(0, &arguments);
     assert!(said.contains("(EZ0S) causes 56 of 6"), "{said}");
     let bars: Vec<&str> = said.lines().filter(|line| line.contains('█')).collect();
@@ -278,9 +277,8 @@ fn an_identification_is_shown_and_that_of_another_machine_is_not() {
     let machine = example("kolibri/machine.toml");
     let probings = probings(&folder, &[]);
     let (errors, shown) = (folder.at("errors.toml"), folder.at("identified.html"));
-    let arguments = [
-        "identify", &machine, &probings, "--model", "10", "-o", &errors,
-    ];
+    let line = format!("identify {machine} {probings} --model 10 -o {errors}");
+    let arguments = split(&line);
     let json = answer(
         0,
         &[&arguments[..], &["--json", "--report", &shown]].concat(),
@@ -327,9 +325,9 @@ fn a_report_needs_a_place_and_writes_over_no_input() {
     );
     let tables = folder.at("t.trax");
     refused(
-        &[
-            "compile", &machine, &errors, "-o", &tables, "--report", &tables,
-        ],
+        &split(&format!(
+            "compile {machine} {errors} -o {tables} --report {tables}"
+        )),
         &["--report is for one compensation, and a file of its own"],
     );
     assert_eq!(folder.names(), ["errors.toml"]);
@@ -340,17 +338,9 @@ fn pictures_of_the_readme_are_what_the_command_writes() {
     let folder = Folder::new();
     let ([machine, errors], tables) = (huron(), blob("huron"));
     let pictures = folder.at("pictures");
-    answer(
-        0,
-        &[
-            "report",
-            &machine,
-            &errors,
-            &tables,
-            "--pictures",
-            &pictures,
-        ],
-    );
+    done(&format!(
+        "report {machine} {errors} {tables} --pictures {pictures}"
+    ));
     let mut compared = 0;
     for name in ["budget-tip.svg", "circle-XY.svg"] {
         let shown = format!(

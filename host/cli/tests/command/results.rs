@@ -1,12 +1,12 @@
 //! Results of the commands.
 
-use crate::program::{Folder, answer, blob, example};
+use crate::program::{Folder, answer, blob, done, example, split};
 use serde_json::Value;
 use trueaxis::{AlignedBlob, Travel};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::validate::{Command, Region, Runtime, random_commands};
+use trueaxis_model::validate::{Command, Region, Runtime, random_commands};
 use trueaxis_tests::usual_or_all;
 
 fn model(machine: &str, errors: &str) -> (Machine, ErrorModel) {
@@ -63,9 +63,9 @@ fn compile_says_what_it_did_and_writes_what_it_says() {
     let path = folder.at("h.trax");
     let answer = json(
         0,
-        &[
-            "compile", &machine, &errors, "-o", &path, "--random", "500", "--json",
-        ],
+        &split(&format!(
+            "compile {machine} {errors} -o {path} --random 500 --json"
+        )),
     );
     check_quality(&answer);
     assert_eq!(answer["meets_tolerance"], true);
@@ -95,26 +95,13 @@ fn compile_writes_the_same_bytes_again() {
         example("huron-k2x8/errors-13.toml"),
     );
     let path = folder.at("h.trax");
-    answer(
-        0,
-        &[
-            "compile", &machine, &errors, "-o", &path, "--random", "300", "--seed", "9",
-        ],
-    );
-    answer(
-        0,
-        &[
-            "compile",
-            &machine,
-            &errors,
-            "-o",
-            &folder.at("again.trax"),
-            "--random",
-            "300",
-            "--seed",
-            "9",
-        ],
-    );
+    done(&format!(
+        "compile {machine} {errors} -o {path} --random 300 --seed 9"
+    ));
+    done(&format!(
+        "compile {machine} {errors} -o {} --random 300 --seed 9",
+        folder.at("again.trax")
+    ));
     assert_eq!(
         std::fs::read(path).unwrap(),
         std::fs::read(folder.at("again.trax")).unwrap()
@@ -161,20 +148,11 @@ fn verify_sees_a_missed_tolerance_as_compile_did() {
         example("huron-k2x8/errors-13.toml"),
     );
     let path = folder.at("h.trax");
-    let arguments = [
-        "compile",
-        &machine,
-        &errors,
-        "-o",
-        &path,
-        "--points",
-        "3",
-        "--random",
-        "300",
-        "--tolerance",
-        "0.05",
-        "--best-effort",
-    ];
+    let line = format!(
+        "compile {machine} {errors} -o {path} --points 3 --random 300 --tolerance 0.05 \
+             --best-effort"
+    );
+    let arguments = split(&line);
     let output = crate::program::trueaxis(&arguments);
     assert_eq!(output.status.code(), Some(1));
     let said = crate::program::plain(&output.stderr);
@@ -191,19 +169,9 @@ fn verify_sees_a_missed_tolerance_as_compile_did() {
     assert_eq!(folder.names(), ["h.trax"]);
     // `verify` finds the same; a wider tolerance passes.
     answer(1, &["verify", &machine, &errors, &path, "--random", "300"]);
-    answer(
-        0,
-        &[
-            "verify",
-            &machine,
-            &errors,
-            &path,
-            "--random",
-            "300",
-            "--tolerance",
-            "1000",
-        ],
-    );
+    done(&format!(
+        "verify {machine} {errors} {path} --random 300 --tolerance 1000"
+    ));
 }
 
 #[test]
@@ -212,17 +180,11 @@ fn verify_reports_before_after_and_kinematic() {
         example("kolibri/machine.toml"),
         example("kolibri/errors-12.toml"),
     );
-    let arguments = [
-        "verify",
-        &machine,
-        &errors,
-        &blob("kolibri"),
-        "--random",
-        "400",
-        "--seed",
-        "5",
-        "--json",
-    ];
+    let line = format!(
+        "verify {machine} {errors} {} --random 400 --seed 5 --json",
+        blob("kolibri")
+    );
+    let arguments = split(&line);
     let first = json(0, &arguments);
     check_quality(&first);
     assert_eq!(first["positions"], 400);
@@ -242,18 +204,14 @@ fn verify_needs_the_zero_position_that_compile_had() {
     );
     let path = folder.at("k.trax");
     let zero = ["--zero-at", "X=10,Z=100,A=-20"];
-    answer(
-        0,
-        &[
-            "compile", &machine, &errors, "-o", &path, "--random", "300", zero[0], zero[1],
-        ],
-    );
-    answer(
-        0,
-        &[
-            "verify", &machine, &errors, &path, "--random", "300", zero[0], zero[1],
-        ],
-    );
+    done(&format!(
+        "compile {machine} {errors} -o {path} --random 300 {} {}",
+        zero[0], zero[1]
+    ));
+    done(&format!(
+        "verify {machine} {errors} {path} --random 300 {} {}",
+        zero[0], zero[1]
+    ));
     answer(1, &["verify", &machine, &errors, &path, "--random", "300"]);
     // At that position the correction is zero.
     let positions = folder.file("p.csv", "Y,A,C,X,Z\n0,-20,0,10,100\n");
@@ -270,9 +228,9 @@ fn inside_and_outside_the_calibrated_range_are_told_apart() {
     let path = folder.at("k.trax");
     let answer = json(
         0,
-        &[
-            "compile", &machine, &errors, "-o", &path, "--random", "500", "--json",
-        ],
+        &split(&format!(
+            "compile {machine} {errors} -o {path} --random 500 --json"
+        )),
     );
     assert_eq!(answer["inside"]["positions"], 500);
     assert_eq!(answer["partly_calibrated"], true);
@@ -289,18 +247,11 @@ fn the_verdict_does_not_depend_on_how_many_positions_fall_past_the_ends_of_trave
     let errors = folder.file("errors.toml", text);
     let path = folder.at("m.trax");
     let compile = |random: &str| {
-        let words = [
-            "compile",
-            &machine,
-            &errors,
-            "-o",
-            &path,
-            "--random",
-            random,
-            "--policy",
-            "orientation",
-            "--verbose",
-        ];
+        let line = format!(
+            "compile {machine} {errors} -o {path} --random {random} --policy orientation \
+                 --verbose"
+        );
+        let words = split(&line);
         answer(0, &words)
     };
     for random in ["2000", "20000"] {
@@ -328,9 +279,9 @@ fn a_table_on_a_part_of_the_travel_is_calibrated_there() {
     let path = folder.at("k.trax");
     let answer = json(
         0,
-        &[
-            "compile", &machine, &errors, "-o", &path, "--random", "500", "--json",
-        ],
+        &split(&format!(
+            "compile {machine} {errors} -o {path} --random 500 --json"
+        )),
     );
     assert_eq!(answer["inside"]["positions"], 500);
     let outside = answer["outside"]["positions"].as_u64().unwrap();
@@ -369,9 +320,9 @@ fn harmonics_of_an_endless_axis_are_corrected_around_the_seam() {
     let path = folder.at("t.trax");
     let answer = json(
         0,
-        &[
-            "compile", &machine, &errors, "-o", &path, "--random", "500", "--json",
-        ],
+        &split(&format!(
+            "compile {machine} {errors} -o {path} --random 500 --json"
+        )),
     );
     assert_eq!(answer["inside"], serde_json::Value::Null);
     assert!(answer["difference_um"].as_f64().unwrap() < 0.05);
@@ -507,16 +458,8 @@ fn json_of_eval_and_correct_has_the_same_numbers() {
         example("kolibri/errors-12.toml"),
     );
     let out = folder.at("out.csv");
-    let arguments = [
-        "correct",
-        &machine,
-        &errors,
-        "--positions",
-        &positions,
-        "-o",
-        &out,
-        "--json",
-    ];
+    let line = format!("correct {machine} {errors} --positions {positions} -o {out} --json");
+    let arguments = split(&line);
     assert_eq!(json(0, &arguments)["rows"], 2);
 }
 
@@ -540,18 +483,9 @@ fn correct_agrees_with_the_golden_cases() {
         }
         let positions = folder.file("p.csv", csv);
         let (machine, errors) = (golden(".machine.toml"), golden(".errors.toml"));
-        let (found, values) = rows::<f64>(&answer(
-            0,
-            &[
-                "correct",
-                &machine,
-                &errors,
-                "--positions",
-                &positions,
-                "--policy",
-                "orientation",
-            ],
-        ));
+        let (found, values) = rows::<f64>(&done(&format!(
+            "correct {machine} {errors} --positions {positions} --policy orientation"
+        )));
         assert_eq!(found, columns[axes..2 * axes].join(","));
         assert_eq!(values.len(), cases.len());
         for (value, case) in values.iter().zip(&cases) {

@@ -1,6 +1,6 @@
 //! The schemes of the source document, as a user runs them.
 
-use crate::program::{Folder, answer, example, plain, refused, trueaxis};
+use crate::program::{Folder, answer, example, plain, refused, split, trueaxis};
 use serde_json::Value;
 use trueaxis_tables::target::Target;
 
@@ -122,9 +122,10 @@ fn what_a_scheme_cannot_do_is_refused_with_what_would_work() {
     let out = folder.at("m.trax");
     for scheme in ["poly25", "trigo23", "trigo23:free"] {
         refused(
-            &[
-                "compile", &mill[0], &mill[1], "-o", &out, "--scheme", scheme,
-            ],
+            &split(&format!(
+                "compile {} {} -o {out} --scheme {scheme}",
+                mill[0], mill[1]
+            )),
             &[
                 "needs three linear and two rotary axes: this machine has 3 linear and 0 rotary axes",
                 "use --scheme exact",
@@ -257,15 +258,11 @@ fn schemes_that_cannot_do_a_machine_are_listed_with_the_reason() {
         example("five-axis-30/machine.toml"),
         example("five-axis-30/errors-30.toml"),
     ];
-    let arguments = [
-        "schemes",
-        &tables_only[0],
-        &tables_only[1],
-        "--random",
-        "300",
-        "--tolerance",
-        "5",
-    ];
+    let line = format!(
+        "schemes {} {} --random 300 --tolerance 5",
+        tables_only[0], tables_only[1]
+    );
+    let arguments = split(&line);
     let text = answer(0, &arguments);
     let reason = "no compensability: the error file has no parameters";
     assert_eq!(text.matches(reason).count(), 1, "{text}");

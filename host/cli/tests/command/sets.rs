@@ -1,6 +1,6 @@
 //! Named position sets: `trueaxis plan --set`.
 
-use crate::program::{Folder, answer, example, refused};
+use crate::program::{Folder, answer, done, example, json, refused};
 use serde_json::Value;
 
 /// Plans a set and returns the prediction.
@@ -74,35 +74,13 @@ fn goes_round(
 ) {
     let (plan, probings) = (folder.at("set.csv"), folder.at("probings.csv"));
     planned(machine, artefact, model, set, &["-o", &plan]);
-    answer(
-        0,
-        &[
-            "simulate",
-            "probings",
-            machine,
-            errors,
-            "--artefact",
-            artefact,
-            "--plan",
-            &plan,
-            "-o",
-            &probings,
-        ],
-    );
-    let found = answer(
-        0,
-        &[
-            "identify",
-            machine,
-            &probings,
-            "--artefact",
-            artefact,
-            "--model",
-            model,
-            "--json",
-        ],
-    );
-    let found: Value = serde_json::from_str(&found).unwrap();
+    done(&format!(
+        "simulate probings {machine} {errors} --artefact {artefact} --plan {plan} -o \
+            {probings}"
+    ));
+    let found = json(&format!(
+        "identify {machine} {probings} --artefact {artefact} --model {model}"
+    ));
     let truth: toml::Table = std::fs::read_to_string(errors).unwrap().parse().unwrap();
     let truth = truth["parameters"].as_table().unwrap();
     let parameters = found["parameters"].as_array().unwrap();

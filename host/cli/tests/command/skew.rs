@@ -1,25 +1,13 @@
 //! `export klipper`, `export marlin` and `export reprapfirmware`: their output, and what they refuse.
 
-use crate::program::{Folder, answer, blob, example, plain, refused, trueaxis};
+use crate::program::{Folder, answer, blob, plain, refused, trueaxis};
 
 /// The router with squareness and scales only.
 fn square(folder: &Folder) -> String {
     let text = "machine = \"Router\"\n[parameters]\nEC0X = 310e-6\nEB0Z = 240e-6\nEXX1 = 120e-6\n";
-    let errors = folder.file("errors.toml", text);
-    let blob = folder.at("router.trax");
-    answer(
-        0,
-        &[
-            "compile",
-            &example("router/machine.toml"),
-            &errors,
-            "-o",
-            &blob,
-            "--random",
-            "500",
-        ],
-    );
-    blob
+    folder.file("errors.toml", text);
+    folder.answer("compile @router/machine.toml %errors.toml -o %router.trax --random 500");
+    folder.at("router.trax")
 }
 
 #[test]
@@ -65,8 +53,7 @@ fn axes_that_these_firmwares_do_not_have_are_refused() {
 #[test]
 fn measured_diagonals_become_a_machine_that_klipper_corrects_by_the_same_diagonals() {
     let folder = Folder::new();
-    let [machine, errors, blob, out] =
-        ["machine.toml", "errors.toml", "p.trax", "skew.cfg"].map(|name| folder.at(name));
+    let [machine, errors] = ["machine.toml", "errors.toml"].map(|name| folder.at(name));
     let files = ["--machine", &machine, "--errors", &errors];
     let lengths = ["--xy", "141.32,141.51,100", "--yz", "141.5,141.3,100"];
     refused(&[&["skew"], &lengths[..], &files].concat(), &["--travel"]);
@@ -77,15 +64,9 @@ fn measured_diagonals_become_a_machine_that_klipper_corrects_by_the_same_diagona
         said.contains("Y leans by 0.134 mm per 100 mm away from X"),
         "{said}"
     );
-    answer(
-        0,
-        &["compile", &machine, &errors, "-o", &blob, "--random", "500"],
-    );
-    answer(
-        0,
-        &["export", "klipper", &blob, "-o", &out, "--random", "2000"],
-    );
-    let lines = std::fs::read_to_string(&out).unwrap();
+    folder.answer("compile %machine.toml %errors.toml -o %p.trax --random 500");
+    folder.answer("export klipper %p.trax -o %skew.cfg --random 2000");
+    let lines = folder.text("skew.cfg");
     for (plane, wanted) in [
         ("XY=", [141.32, 141.51, 100.0]),
         ("YZ=", [141.5, 141.3, 100.0]),
@@ -101,19 +82,8 @@ fn measured_diagonals_become_a_machine_that_klipper_corrects_by_the_same_diagona
     let mut text = std::fs::read_to_string(&errors).unwrap();
     text = text.replace("[parameters]\n", "[parameters]\nEZX2 = 4e-6 # mine\n");
     std::fs::write(&errors, &text).unwrap();
-    answer(
-        0,
-        &[
-            &[
-                "skew",
-                "--xz",
-                "141.5,141.3,100",
-                "--xy",
-                "141.51,141.32,100",
-            ],
-            &files[..],
-        ]
-        .concat(),
+    folder.answer(
+        "skew --xz 141.5,141.3,100 --xy 141.51,141.32,100 --machine %machine.toml --errors %errors.toml",
     );
     let merged = std::fs::read_to_string(&errors).unwrap();
     assert!(merged.contains("EZX2 = 4e-6 # mine\n"), "{merged}");

@@ -1,6 +1,6 @@
 //! A compensation that does not fit into the target, or misses its tolerance, is not written.
 
-use crate::program::{Folder, answer, example, plain, refused, trueaxis};
+use crate::program::{Folder, answer, example, plain, refused, split, trueaxis};
 use serde_json::Value;
 use trueaxis_tables::target::Target;
 use trueaxis_tests::usual_or_all;
@@ -14,17 +14,8 @@ fn compile(folder: &Folder, code: i32, more: &[&str]) -> (String, String) {
         example("kolibri/errors-12.toml"),
         folder.at("k.trax"),
     );
-    let first = [
-        "compile",
-        &machine,
-        &errors,
-        "-o",
-        &out,
-        "--random",
-        "300",
-        "--policy",
-        "orientation",
-    ];
+    let line = format!("compile {machine} {errors} -o {out} --random 300 --policy orientation");
+    let first = split(&line);
     let output = trueaxis(&[&first[..], more].concat());
     let said = plain(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{said}");
@@ -88,21 +79,13 @@ fn what_a_finer_tolerance_leaves_at_best_is_no_more_than_what_a_coarser_one_does
     let small = target(&folder, |t| (t.tables, t.terms) = (9, 12));
     // The finest tolerance met; µm and µrad count alike under the policy `orientation`.
     let left = |tolerance: &str| {
-        let output = trueaxis(&[
-            "compile",
-            &example("kolibri/machine.toml"),
-            &example("kolibri/errors-12.toml"),
-            "-o",
-            &folder.at("k.trax"),
-            "--policy",
-            "orientation",
-            "--target",
-            &small,
-            "--best-effort",
-            "--tolerance",
-            tolerance,
-            "--json",
-        ]);
+        let output = trueaxis(&split(&format!(
+            "compile {} {} -o {} --policy orientation --target {small} --best-effort \
+             --tolerance {tolerance} --json",
+            example("kolibri/machine.toml"),
+            example("kolibri/errors-12.toml"),
+            folder.at("k.trax")
+        )));
         let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
         let found = match &answer["inside"] {
             Value::Null => &answer,
@@ -296,9 +279,9 @@ fn a_target_that_is_none_is_refused() {
     assert_eq!(folder.names(), ["small.toml"]);
     // The target file is an input.
     refused(
-        &[
-            "compile", &machine, &errors, "-o", &small, "--target", &small,
-        ],
+        &split(&format!(
+            "compile {machine} {errors} -o {small} --target {small}"
+        )),
         &["is the input"],
     );
 }

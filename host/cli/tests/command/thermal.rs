@@ -1,13 +1,15 @@
 //! Temperatures: from a log to terms with lags, and to corrections over time.
 
-use crate::program::{Folder, answer, example, plain, refused, trueaxis};
+use crate::program::{Folder, answer, done, examples, json, plain, refused, refuses, run};
 
 const MODEL: &str = "EXX1,EYY1,EZZ1,EC0Y,EA0Z,EB0Z,EX0S,EY0S,EZ0S";
 
 /// Identifies and compiles the example; what `identify` said.
 fn compiled(folder: &Folder) -> String {
-    let [machine, points, log] = ["machine.toml", "points.csv", "temperatures.csv"]
-        .map(|f| example(&format!("mill-warming/{f}")));
+    let [machine, points, log] = examples(
+        "mill-warming",
+        ["machine.toml", "points.csv", "temperatures.csv"],
+    );
     let (errors, blob) = (folder.at("errors.toml"), folder.at("mill.trax"));
     let page = folder.at("page.html");
     let arguments = [
@@ -25,7 +27,7 @@ fn compiled(folder: &Folder) -> String {
         &page,
     ];
     let said = plain(answer(0, &arguments).as_bytes());
-    answer(0, &["compile", &machine, &errors, "-o", &blob]);
+    done(&format!("compile {machine} {errors} -o {blob}"));
     said
 }
 
@@ -50,8 +52,7 @@ fn terms_with_lags_are_identified_compiled_and_follow_over_time() {
         assert!(page.contains(part), "{part}");
     }
     let blob = folder.at("mill.trax");
-    let inspected = answer(0, &["inspect", &blob, "--json"]);
-    let inspected: serde_json::Value = serde_json::from_str(&inspected).unwrap();
+    let inspected = json(&format!("inspect {blob}"));
     let inputs = inspected["auxiliaries"].as_array().unwrap();
     let lag = inputs
         .iter()
@@ -67,7 +68,7 @@ fn terms_with_lags_are_identified_compiled_and_follow_over_time() {
     let rows = [(0, "0"), (1, "0.2"), (2000, "0.2"), (400_000, "0.2")];
     let rows = rows.map(|(time, kelvin)| format!("0,0,-100,{time},{}\n", row(kelvin)));
     let path = folder.file("path.csv", format!("{header}\n{}", rows.concat()));
-    let found = answer(0, &["eval", &blob, "--positions", &path]);
+    let found = done(&format!("eval {blob} --positions {path}"));
     let z: Vec<f64> = (found.lines().skip(1))
         .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
         .collect();
@@ -81,13 +82,13 @@ fn terms_with_lags_are_identified_compiled_and_follow_over_time() {
         row("90")
     );
     let far = folder.file("far.csv", &far);
-    let out = trueaxis(&["eval", &blob, "--positions", &far]);
+    let out = run(&format!("eval {blob} --positions {far}"));
     let said = plain(&out.stderr);
     assert!(said.contains("is beyond its range of"), "{said}");
     // Neither a column of its own nor time and sensor.
     let short = folder.file("short.csv", "X,Y,Z\n0,0,-100\n");
-    refused(
-        &["eval", &blob, "--positions", &short],
+    refuses(
+        &format!("eval {blob} --positions {short}"),
         &["is missing", "or time_s and"],
     );
 }
@@ -95,8 +96,10 @@ fn terms_with_lags_are_identified_compiled_and_follow_over_time() {
 #[test]
 fn temperatures_may_stand_beside_the_readings() {
     let folder = Folder::new();
-    let [machine, points, log] = ["machine.toml", "points.csv", "temperatures.csv"]
-        .map(|f| example(&format!("mill-warming/{f}")));
+    let [machine, points, log] = examples(
+        "mill-warming",
+        ["machine.toml", "points.csv", "temperatures.csv"],
+    );
     let log = std::fs::read_to_string(log).unwrap();
     let at = |time: &str| {
         let mut rows = log.lines();
@@ -128,8 +131,7 @@ fn temperatures_may_stand_beside_the_readings() {
 #[test]
 fn temperatures_that_do_not_belong_to_the_rows_are_refused() {
     let folder = Folder::new();
-    let [machine, points] =
-        ["machine.toml", "points.csv"].map(|f| example(&format!("mill-warming/{f}")));
+    let [machine, points] = examples("mill-warming", ["machine.toml", "points.csv"]);
     let refuses = |log: &str, more: &[&str], words: &[&str]| {
         let log = folder.file("log.csv", log);
         let mut arguments = vec!["identify", &machine, "--observations", &points];

@@ -1,16 +1,17 @@
 //! Covariances: written, read, merged, and the error that they leave.
 
 use crate::identify::probings;
-use crate::program::{Folder, answer, example, plain, refused, trueaxis};
+use crate::program::{
+    Folder, answer, done, example, examples, json, plain, refuses, run, trueaxis,
+};
 
 /// Identifies the Kolibri's ten errors into `errors.toml`.
 fn identified(folder: &Folder) -> String {
     let (out, machine) = (folder.at("errors.toml"), example("kolibri/machine.toml"));
     let probings = probings(folder, &[]);
-    answer(
-        0,
-        &["identify", &machine, &probings, "--model", "10", "-o", &out],
-    );
+    done(&format!(
+        "identify {machine} {probings} --model 10 -o {out}"
+    ));
     out
 }
 
@@ -36,8 +37,8 @@ fn compile_and_verify_print_what_uncertain_parameters_leave() {
         "{said}"
     );
     assert!(!said.contains("uncorrelated"), "{said}");
-    let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
-    let with = json(&compiled(&folder, &errors, &["--json"]));
+    let parsed = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+    let with = parsed(&compiled(&folder, &errors, &["--json"]));
     assert_eq!(with["uncertainty"]["correlated"], 10);
     let verified = [
         "verify",
@@ -45,7 +46,7 @@ fn compile_and_verify_print_what_uncertain_parameters_leave() {
         &errors,
         &folder.at("k.trax"),
     ];
-    let verified = json(&answer(
+    let verified = parsed(&answer(
         0,
         &[&verified[..], &["--random", "1000", "--json"]].concat(),
     ));
@@ -62,7 +63,7 @@ fn compile_and_verify_print_what_uncertain_parameters_leave() {
         said.contains("10 of 10 parameters are taken as uncorrelated"),
         "{said}"
     );
-    let without = json(&compiled(&folder, &alone, &["--json"]));
+    let without = parsed(&compiled(&folder, &alone, &["--json"]));
     let mean = |answer: &serde_json::Value| {
         let mean = &answer["uncertainty"]["travel"]["translation_um"]["mean"];
         mean.as_f64().unwrap()
@@ -71,7 +72,7 @@ fn compile_and_verify_print_what_uncertain_parameters_leave() {
     assert!((with / without - 1.0).abs() > 0.05, "{with} {without}");
     // Nothing is printed if no uncertainty is known.
     let errors = example("kolibri/errors-10.toml");
-    let none = json(&compiled(&folder, &errors, &["--json"]));
+    let none = parsed(&compiled(&folder, &errors, &["--json"]));
     assert!(none["uncertainty"].is_null());
 }
 
@@ -104,7 +105,7 @@ fn covariances_that_do_not_belong_to_the_errors_are_refused() {
         ),
     ] {
         std::fs::write(&covariances, text.replace(from, to)).unwrap();
-        refused(&["compile", &machine, &errors, "-o", &out], &parts);
+        refuses(&format!("compile {machine} {errors} -o {out}"), &parts);
     }
     // From another run, with twice the uncertainty.
     let scaled: Vec<String> = text
@@ -119,10 +120,10 @@ fn covariances_that_do_not_belong_to_the_errors_are_refused() {
         .collect();
     std::fs::write(&covariances, scaled.join("\n")).unwrap();
     let parts = ["the standard uncertainty of EB0A is", "one run of identify"];
-    refused(&["compile", &machine, &errors, "-o", &out], &parts);
+    refuses(&format!("compile {machine} {errors} -o {out}"), &parts);
     std::fs::remove_file(&covariances).unwrap();
-    refused(
-        &["compile", &machine, &errors, "-o", &out],
+    refuses(
+        &format!("compile {machine} {errors} -o {out}"),
         &["errors.covariance.csv: cannot be read", "CSV file"],
     );
 }
@@ -135,12 +136,9 @@ fn what_is_known_already_is_merged_with_its_covariances() {
     let out = folder.at("new.toml");
     let machine = example("kolibri/machine.toml");
     let names = "EB0A,EC0A,EY0C,EA0C,EB0C";
-    answer(
-        0,
-        &[
-            "identify", &machine, &probings, "--model", names, "--update", &errors, "-o", &out,
-        ],
-    );
+    done(&format!(
+        "identify {machine} {probings} --model {names} --update {errors} -o {out}"
+    ));
     let merged = std::fs::read_to_string(folder.at("new.covariance.csv")).unwrap();
     let header = merged.lines().next().unwrap();
     assert_eq!(
@@ -174,15 +172,9 @@ fn a_bar_to_a_ball_that_was_not_probed_is_told() {
         "[[ball]]\nname = \"1\"\n[[ball]]\nname = \"2\"\n[[ball]]\nname = \"3\"\n[[ball]]\nname = \"4\"\n[[ball]]\nname = \"one\"\n[[bar]]\nballs = [\"1\", \"one\"]\nlength_mm = 100.0\nstandard_uncertainty_mm = 0.001\n",
     );
     let machine = example("kolibri/machine.toml");
-    let output = trueaxis(&[
-        "identify",
-        &machine,
-        &probings,
-        "--model",
-        "10",
-        "--artefact",
-        &artefact,
-    ]);
+    let output = run(&format!(
+        "identify {machine} {probings} --model 10 --artefact {artefact}"
+    ));
     assert_eq!(output.status.code(), Some(0));
     let said = plain(&output.stderr);
     assert!(
@@ -193,32 +185,19 @@ fn a_bar_to_a_ball_that_was_not_probed_is_told() {
 
 #[test]
 fn identifications_are_repeated_for_anyone() {
-    let files = [
-        "machine.toml",
-        "errors-10.toml",
-        "artefact.toml",
-        "plan.csv",
-    ];
-    let [machine, errors, artefact, plan] = files.map(|f| example(&format!("kolibri/{f}")));
-    let said = answer(
-        0,
-        &[
-            "simulate",
-            "identifications",
-            &machine,
-            &errors,
-            "--artefact",
-            &artefact,
-            "--plan",
-            &plan,
-            "--model",
-            "10",
-            "--seeds",
-            "20",
-            "--json",
+    let [machine, errors, artefact, plan] = examples(
+        "kolibri",
+        [
+            "machine.toml",
+            "errors-10.toml",
+            "artefact.toml",
+            "plan.csv",
         ],
     );
-    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let said = json(&format!(
+        "simulate identifications {machine} {errors} --artefact {artefact} --plan \
+            {plan} --model 10 --seeds 20"
+    ));
     assert_eq!(said["identifications"], 20);
     assert_eq!(said["parameters"].as_array().unwrap().len(), 10);
     let inside = said["tips_inside"].as_f64().unwrap();
@@ -235,11 +214,8 @@ fn what_runs_scatter_is_in_the_band_of_their_tables() {
     let folder = Folder::new();
     let machine = example("router/machine.toml");
     let (runs, errors) = (folder.file("x.csv", RUNS), folder.at("errors.toml"));
-    let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
-    let said = json(&answer(
-        0,
-        &["iso230-2", &machine, &runs, "-o", &errors, "--json"],
-    ));
+    let parsed = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+    let said = json(&format!("iso230-2 {machine} {runs} -o {errors}"));
     assert!(said.is_array(), "{said}");
     let written = std::fs::read_to_string(&errors).unwrap();
     let line = written
@@ -271,7 +247,7 @@ fn what_runs_scatter_is_in_the_band_of_their_tables() {
     let blob = folder.at("x.trax");
     let compile = |errors: &str| {
         let arguments = ["compile", &machine, errors, "-o", &blob, "--random", "1000"];
-        json(&answer(0, &[&arguments[..], &["--json"]].concat()))
+        parsed(&answer(0, &[&arguments[..], &["--json"]].concat()))
     };
     let compiled = compile(&errors);
     let band = &compiled["uncertainty"];
@@ -293,12 +269,9 @@ fn what_runs_scatter_is_in_the_band_of_their_tables() {
     let beside =
         format!("{without}[parameters]\nEC0X = 1e-5\n[standard_uncertainty]\nEC0X = 1e-6\n");
     let beside = folder.file("beside.toml", &beside);
-    let said = answer(
-        0,
-        &[
-            "compile", &machine, &beside, "-o", &blob, "--random", "1000", "-v",
-        ],
-    );
+    let said = done(&format!(
+        "compile {machine} {beside} -o {blob} --random 1000 -v"
+    ));
     assert!(
         said.contains("1 of 1 tabulated motions have no standard uncertainty, and count as exact"),
         "{said}"

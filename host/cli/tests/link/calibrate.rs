@@ -1,6 +1,6 @@
 //! `trueaxis calibrate` with a board: the machine's own controller probes, and its logs arrive as files.
 
-use crate::command::says;
+use crate::command::{has, says};
 use crate::served::Served;
 use std::fs;
 use std::path::Path;
@@ -8,19 +8,19 @@ use std::process::{Child, Command};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use trueaxis::link::Slot;
-use trueaxis_controllers::link::{Client, LinkedController, Tcp};
 use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::mock_flash::MockFlash;
 use trueaxis_firmware::slots::WhileBusy;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probe::Spherical;
-use trueaxis_measure::formats::probings::{self, Probing, Probings};
-use trueaxis_measure::plan::{Probe, simulated_touches, touch_log};
-use trueaxis_measure::simulate::{Disturbances, corrections};
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::probings::{self, Probing, Probings};
+use trueaxis_identify::simulate::{Disturbances, corrections};
+use trueaxis_link::{Client, LinkedController, Tcp};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
+use trueaxis_probing::plan::{Probe, simulated_touches, touch_log};
+use trueaxis_probing::probe_file::Spherical;
 
 /// What a calibration takes longest for (s).
 const LONGEST: Duration = Duration::from_secs(120);
@@ -188,7 +188,7 @@ impl Shop {
         let slot = controller
             .active
             .map(|slot| controller.slots[slot.index()].state);
-        let shown = says(0, &["control", "--port", &self.served.port, "show"]);
+        let shown = says(0, &format!("control --port {} show", self.served.port));
         let words = ["corrections enabled, in", "corrections disabled, out"].into_iter();
         let on = words.filter(|word| shown.contains(word)).collect();
         (controller.active, format!("{slot:?}"), on)
@@ -214,10 +214,10 @@ fn a_board_gets_what_is_right_and_goes_on_as_before_otherwise() {
     .unwrap();
     let [machine, before, blob] =
         ["machine.toml", "before.toml", "before.trax"].map(|name| shop.at(name));
-    says(0, &["compile", &machine, &before, "-o", &blob]);
+    says(0, &format!("compile {machine} {before} -o {blob}"));
     says(
         0,
-        &["flash", &blob, "--port", &shop.served.port, "--activate"],
+        &format!("flash {blob} --port {} --activate", shop.served.port),
     );
     let as_found = shop.state();
     let child = shop.calibrate(&[]);
@@ -240,10 +240,7 @@ fn a_board_gets_what_is_right_and_goes_on_as_before_otherwise() {
     fs::write(&machine, other).unwrap();
     let (code, said) = shop.ended(shop.calibrate(&["--from", "identify", "--accept-missing"]));
     assert_eq!(code, Some(1), "{said}");
-    assert!(
-        said.contains("nothing is loaded: the stylus is 0."),
-        "{said}"
-    );
+    has(&said, "nothing is loaded: the stylus is 0.");
     fs::write(&machine, text).unwrap();
     assert_eq!(shop.state(), as_found);
     let mut child = shop.calibrate(&["--from", "identify", "--accept-missing"]);
@@ -255,31 +252,24 @@ fn a_board_gets_what_is_right_and_goes_on_as_before_otherwise() {
     );
     let (code, said) = shop.ended(child);
     assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("is in use, and switched on"), "{said}");
+    has(&said, "is in use, and switched on");
     let calibrated = shop.state();
     assert_ne!(calibrated, as_found);
     // The same files again, but nothing of it reaches the machine: the tables of the first time are in use again.
     says(
         0,
-        &[
-            "compile",
-            &machine,
-            &shop.at("run/errors.toml"),
-            "--tolerance",
-            "3",
-            "-o",
-            &shop.at("run/machine.trax"),
-        ],
+        &format!(
+            "compile {machine} {} --tolerance 3 -o {}",
+            shop.at("run/errors.toml"),
+            shop.at("run/machine.trax")
+        ),
     );
     let mut child = shop.calibrate(&["--from", "load", "--accept-missing"]);
     shop.until_validation(&mut child);
     shop.probe("run/validation.csv", "run/after.csv", None);
     let (code, said) = shop.ended(child);
     assert_eq!(code, Some(1), "{said}");
-    assert!(
-        said.contains("the machine is not better than before"),
-        "{said}"
-    );
+    has(&said, "the machine is not better than before");
     assert_eq!(shop.state(), calibrated);
     // Killed while it waits for the touches: its shell puts them back.
     let mut child = shop.calibrate(&["--from", "load", "--accept-missing"]);

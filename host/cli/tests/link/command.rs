@@ -5,10 +5,10 @@ use crate::specimen::{adjustable, blob};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 use trueaxis::link::{Activation, Request, Slot};
-use trueaxis_controllers::link::{Client, Tcp};
 use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::mock_flash::{Defect, MockFlash};
 use trueaxis_firmware::slots::WhileBusy;
+use trueaxis_link::{Client, Tcp};
 use trueaxis_tables::target::Target;
 
 const PERIOD: f32 = 0.001;
@@ -17,23 +17,29 @@ pub fn desktop(while_busy: WhileBusy) -> Desktop {
     Desktop::start(MockFlash::new(96).with_while_busy(while_busy), PERIOD)
 }
 
-pub fn trueaxis(arguments: &[&str]) -> Output {
+/// Runs the command with these words.
+pub fn trueaxis(words: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trueaxis"))
-        .args(arguments)
+        .args(words.split_whitespace())
         .output()
         .unwrap()
 }
 
 /// Runs the command; returns both outputs with single spaces. Checks that it exits with `code`.
 #[track_caller]
-pub fn says(code: i32, arguments: &[&str]) -> String {
-    let output = trueaxis(arguments);
+pub fn says(code: i32, words: &str) -> String {
+    let output = trueaxis(words);
     let both = [output.stdout, output.stderr].concat();
     let text = String::from_utf8(both).unwrap();
     let words = text.split_whitespace().filter(|w| *w != "│");
     let text = words.collect::<Vec<_>>().join(" ");
     assert_eq!(output.status.code(), Some(code), "{text}");
     text
+}
+
+#[track_caller]
+pub fn has(text: &str, part: &str) {
+    assert!(text.contains(part), "`{part}` is not in\n{text}");
 }
 
 pub struct Files(TempDir);
@@ -57,6 +63,14 @@ impl Files {
     pub fn at(&self, name: &str) -> String {
         self.0.path().join(name).to_str().unwrap().to_owned()
     }
+    /// What `flash` says of one of them.
+    #[track_caller]
+    pub fn flash(&self, code: i32, name: &str, port: &str, options: &str) -> String {
+        says(
+            code,
+            &format!("flash {} --port {port} {options}", self.at(name)),
+        )
+    }
     fn read(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.at(name)).unwrap()
     }
@@ -68,24 +82,15 @@ fn a_file_is_flashed_and_used_over_tcp_and_over_a_pseudo_terminal() {
     for serve in [Served::tcp, Served::pty] {
         let served = serve(desktop(WhileBusy::DualBank));
         let port = served.port.clone();
-        let text = says(
-            0,
-            &["flash", &files.at("first"), "--port", &port, "--activate"],
+        let text = files.flash(0, "first", &port, "--activate");
+        has(&text, "trueaxis-firmware");
+        has(&text, "written to slot A and verified, number 1 in use");
+        let text = files.flash(0, "second", &port, "");
+        has(
+            &text,
+            "slot B and verified, number 2 not in use: `trueaxis control` activates",
         );
-        assert!(text.contains("trueaxis-firmware"), "{text}");
-        assert!(
-            text.contains("written to slot A and verified, number 1 in use"),
-            "{text}"
-        );
-        let text = says(0, &["flash", &files.at("second"), "--port", &port]);
-        assert!(
-            text.contains("slot B and verified, number 2 not in use: `trueaxis control` activates"),
-            "{text}"
-        );
-        let text = says(
-            0,
-            &["flash", &files.at("second"), "--port", &port, "--json"],
-        );
+        let text = files.flash(0, "second", &port, "--json");
         let answer: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(answer["already"], true);
         assert_eq!(answer["active"], false);
@@ -105,18 +110,8 @@ fn a_file_is_flashed_and_used_over_tcp_and_over_a_pseudo_terminal() {
             "never activated, so no start takes it"
         );
         let served = serve(device);
-        let arguments = [
-            "flash",
-            &files.at("second"),
-            "--port",
-            &served.port,
-            "--activate",
-        ];
-        let text = says(0, &arguments);
-        assert!(
-            text.contains("slot B holds it already, as number 2 in use"),
-            "{text}"
-        );
+        let text = files.flash(0, "second", &served.port, "--activate");
+        has(&text, "slot B holds it already, as number 2 in use");
         assert_eq!(
             served.take().restart().device.activation(),
             Activation::Active(Some(Slot::B))
@@ -129,26 +124,21 @@ fn another_machine_is_refused_unless_forced() {
     let files = Files::new();
     let served = Served::tcp(desktop(WhileBusy::DualBank));
     let port = served.port.clone();
-    let port = ["--port", &port, "--activate"];
-    let flash = |code, name: &str, more: &[&str]| {
-        let file = files.at(name);
-        says(code, &[&["flash", &file], &port[..], more].concat())
+    let flash = |code, name: &str, more: &str| {
+        files.flash(code, name, &port, &format!("--activate {more}"))
     };
     // The first compensation is accepted by any machine.
-    flash(0, "first", &[]);
-    let text = flash(2, "other-name", &[]);
-    assert!(
-        text.contains("is for `n` (XY), the controller has one for `m` (XY)"),
-        "{text}"
+    flash(0, "first", "");
+    let text = flash(2, "other-name", "");
+    has(
+        &text,
+        "is for `n` (XY), the controller has one for `m` (XY)",
     );
-    assert!(text.contains("--force if it is meant so"));
-    let text = flash(2, "other-axes", &[]);
-    assert!(text.contains("`m` (XZ)"));
-    let text = flash(0, "other-axes", &["--force"]);
-    assert!(
-        text.contains("slot B and verified, number 2 in use"),
-        "{text}"
-    );
+    has(&text, "--force if it is meant so");
+    let text = flash(2, "other-axes", "");
+    has(&text, "`m` (XZ)");
+    let text = flash(0, "other-axes", "--force");
+    has(&text, "slot B and verified, number 2 in use");
     let device = served.take();
     assert_eq!(device.device.compensation().axes()[1].name, b'Z');
 }
@@ -157,11 +147,8 @@ fn another_machine_is_refused_unless_forced() {
 fn what_does_not_fit_is_refused_before_anything_is_erased() {
     let files = Files::new();
     let served = Served::tcp(desktop(WhileBusy::DualBank));
-    let text = says(2, &["flash", &files.at("large"), "--port", &served.port]);
-    assert!(
-        text.contains("bytes, the controller has room for 24192"),
-        "{text}"
-    );
+    let text = files.flash(2, "large", &served.port, "");
+    has(&text, "bytes, the controller has room for 24192");
     let mut flash = served.take().stop();
     assert!(flash.image().iter().all(|byte| *byte == 0xFF));
 }
@@ -170,8 +157,8 @@ fn what_does_not_fit_is_refused_before_anything_is_erased() {
 fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     let files = Files::new();
     let served = Served::tcp(desktop(WhileBusy::DualBank));
-    let arguments = ["flash", "--dry-run", "--port", &served.port];
-    let output = trueaxis(&arguments);
+    let words = format!("flash --dry-run --port {}", served.port);
+    let output = trueaxis(&words);
     assert!(output.status.success());
     let text = String::from_utf8(output.stdout).unwrap();
     let target = Target::from_toml(&text).unwrap();
@@ -181,7 +168,7 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
         ..Target::stm32f405()
     };
     assert_eq!(target, expected, "{text}");
-    let json = says(0, &[&arguments[..], &["--json"]].concat());
+    let json = says(0, &format!("{words} --json"));
     let answer: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(answer["target"], serde_json::to_value(&expected).unwrap());
     // When saved, it can be passed to `compile`; then the slot is the limit.
@@ -194,36 +181,20 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     let (machine, errors) = (example("machine.toml"), example("errors-12.toml"));
     std::fs::write(files.at("board.toml"), text.replace("24192", "2000")).unwrap();
     let (board, out) = (files.at("board.toml"), files.at("k.trax"));
-    let compile = [
-        "compile",
-        &machine,
-        &errors,
-        "-o",
-        &out,
-        "--target",
-        &board,
-        "--random",
-        "200",
-        "--tolerance",
-        "0.05",
-    ];
-    let text = says(1, &compile);
-    assert!(
-        text.contains("the target desktop is too small for 0.05"),
-        "{text}"
+    let compile = format!(
+        "compile {machine} {errors} -o {out} --target {board} --random 200 --tolerance 0.05"
     );
-    assert!(text.contains(" of 2000 bytes"), "{text}");
+    let text = says(1, &compile);
+    has(&text, "the target desktop is too small for 0.05");
+    has(&text, " of 2000 bytes");
     assert!(!std::fs::exists(&out).unwrap());
     std::fs::write(&board, target.to_toml()).unwrap();
     says(0, &compile);
     // A compensation is checked as for an upload.
-    let text = says(0, &[&arguments[..], &[&files.at("first")]].concat());
-    assert!(text.contains("first fits"), "{text}");
-    let text = says(2, &[&arguments[..], &[&files.at("large")]].concat());
-    assert!(
-        text.contains("bytes, the controller has room for 24192"),
-        "{text}"
-    );
+    let text = files.flash(0, "first", &served.port, "--dry-run");
+    has(&text, "first fits");
+    let text = files.flash(2, "large", &served.port, "--dry-run");
+    has(&text, "bytes, the controller has room for 24192");
     let mut flash = served.take().stop();
     assert!(flash.image().iter().all(|byte| *byte == 0xFF));
 }
@@ -235,24 +206,12 @@ fn a_machine_that_moves_is_not_flashed_where_the_flash_stalls_it() {
     let standstill = device.standstill.clone();
     standstill.set(false);
     let served = Served::tcp(device);
-    let arguments = [
-        "flash",
-        &files.at("first"),
-        "--port",
-        &served.port,
-        "--activate",
-    ];
-    let text = says(2, &arguments);
-    assert!(
-        text.contains("only at standstill with drives off"),
-        "{text}"
-    );
-    assert!(
-        text.contains("stop the machine and switch its drives off"),
-        "{text}"
-    );
+    let flash = |code| files.flash(code, "first", &served.port, "--activate");
+    let text = flash(2);
+    has(&text, "only at standstill with drives off");
+    has(&text, "stop the machine and switch its drives off");
     standstill.set(true);
-    assert!(says(0, &arguments).contains("in use"));
+    has(&flash(0), "in use");
     served.take();
 }
 
@@ -261,16 +220,10 @@ fn the_monitor_shows_positions_corrections_and_faults() {
     let files = Files::new();
     let served = Served::tcp(desktop(WhileBusy::DualBank));
     let port = served.port.clone();
-    let text = says(0, &["monitor", "--port", &port, "--count", "1"]);
-    assert!(
-        text.contains("fault no slot holds a valid compensation"),
-        "{text}"
-    );
-    assert!(text.contains("slot A blank"), "{text}");
-    says(
-        0,
-        &["flash", &files.at("first"), "--port", &port, "--activate"],
-    );
+    let text = says(0, &format!("monitor --port {port} --count 1"));
+    has(&text, "fault no slot holds a valid compensation");
+    has(&text, "slot A blank");
+    files.flash(0, "first", &port, "--activate");
     {
         let address = port.strip_prefix("tcp:").unwrap();
         let (mut client, controller) = Client::connect(Tcp::open(address).unwrap()).unwrap();
@@ -282,24 +235,15 @@ fn the_monitor_shows_positions_corrections_and_faults() {
         client.set(&Request::Enable(true)).unwrap();
         client.motion(&[[1.5, 20.0]; 500], 2).unwrap();
     }
-    let text = says(0, &["monitor", "--port", &port, "--count", "1"]);
-    assert!(text.contains("slot A in use"), "{text}");
-    assert!(text.contains("enabled, factor 1.000"), "{text}");
-    assert!(text.contains("updates 500"), "{text}");
-    assert!(text.contains("frames 0, 0 periods without"), "{text}");
-    assert!(text.contains("overrun; fault pin: no fault"), "{text}");
-    assert!(text.contains("started power on"), "{text}");
-    assert!(text.contains("X 1.5000 0.0"), "{text}");
-    let csv = [
-        "monitor",
-        "--port",
-        &port,
-        "--csv",
-        "--count",
-        "3",
-        "--interval",
-        "1",
-    ];
+    let text = says(0, &format!("monitor --port {port} --count 1"));
+    has(&text, "slot A in use");
+    has(&text, "enabled, factor 1.000");
+    has(&text, "updates 500");
+    has(&text, "frames 0, 0 periods without");
+    has(&text, "overrun; fault pin: no fault");
+    has(&text, "started power on");
+    has(&text, "X 1.5000 0.0");
+    let csv = format!("monitor --port {port} --csv --count 3 --interval 1");
     let output = String::from_utf8(trueaxis(&csv).stdout).unwrap();
     let lines: Vec<&str> = output.lines().collect();
     assert_eq!(lines.len(), 4, "{output}");
@@ -310,16 +254,7 @@ fn the_monitor_shows_positions_corrections_and_faults() {
         assert_eq!(fields[1..3], ["1.5", "20"]);
         assert!(fields[3].parse::<f32>().unwrap() != 0.0);
     }
-    let json = [
-        "monitor",
-        "--port",
-        &port,
-        "--json",
-        "--count",
-        "2",
-        "--interval",
-        "1",
-    ];
+    let json = format!("monitor --port {port} --json --count 2 --interval 1");
     let output = String::from_utf8(trueaxis(&json).stdout).unwrap();
     for line in output.lines() {
         let object: serde_json::Value = serde_json::from_str(line).unwrap();
@@ -334,16 +269,12 @@ fn the_monitor_shows_positions_corrections_and_faults() {
 #[test]
 fn a_port_that_is_none_is_named() {
     let files = Files::new();
-    let file = files.at("first");
-    let text = says(2, &["flash", &file, "--port", "tcp:nowhere"]);
-    assert!(text.contains("not a `tcp:host:port`"), "{text}");
-    let text = says(2, &["flash", &file, "--port", "/dev/no-such-port"]);
-    assert!(
-        text.contains("/dev/no-such-port: cannot be opened"),
-        "{text}"
-    );
-    let text = says(2, &["monitor", "--port", "tcp:127.0.0.1:1"]);
-    assert!(text.contains("cannot be opened"), "{text}");
+    let text = files.flash(2, "first", "tcp:nowhere", "");
+    has(&text, "not a `tcp:host:port`");
+    let text = files.flash(2, "first", "/dev/no-such-port", "");
+    has(&text, "/dev/no-such-port: cannot be opened");
+    let text = says(2, "monitor --port tcp:127.0.0.1:1");
+    has(&text, "cannot be opened");
 }
 
 /// A device with a defect in the slot that the first upload uses.
@@ -357,8 +288,7 @@ fn defective(defect: Defect) -> Desktop {
 fn a_word_that_an_erase_mends_is_flashed_without_a_word_to_the_user() {
     let files = Files::new();
     let served = Served::tcp(defective(Defect::UntilErased));
-    let arguments = ["flash", &files.at("first"), "--port", &served.port];
-    says(0, &arguments);
+    files.flash(0, "first", &served.port, "");
     served.take();
 }
 
@@ -367,10 +297,9 @@ fn a_block_that_stays_bad_is_named_to_the_user_and_not_worn_out() {
     let files = Files::new();
     for defect in [Defect::Refuses, Defect::Misreads] {
         let served = Served::tcp(defective(defect));
-        let arguments = ["flash", &files.at("first"), "--port", &served.port];
         for _ in 0..3 {
-            let text = says(2, &arguments);
-            assert!(text.contains("Slot unusable: block 1"), "{text}");
+            let text = files.flash(2, "first", &served.port, "");
+            has(&text, "Slot unusable: block 1");
         }
         let flash = served.take().stop();
         assert_eq!(flash.erases(Slot::A)[1], 2);

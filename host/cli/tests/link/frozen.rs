@@ -11,7 +11,7 @@ use trueaxis::link::{
     Slot, WhileBusy, encode_frame,
 };
 use trueaxis::{AlignedBlob, Inputs, Travel, Travelling, WeightError};
-use trueaxis_controllers::link::{Client, LinkError, Port};
+use trueaxis_link::{Client, LinkError, Port};
 use trueaxis_tests::golden::load;
 
 /// Two bodies, without what belongs to the session that they were sent in.

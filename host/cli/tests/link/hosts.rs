@@ -1,6 +1,6 @@
 //! Two hosts on one line.
 
-use crate::command::{Files, desktop, says};
+use crate::command::{Files, desktop, has};
 use crate::served::Served;
 use crate::specimen::blob;
 use crate::wire::Wire;
@@ -9,11 +9,11 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 use trueaxis::link::{Refusal, Request, SlotState, Upload};
-use trueaxis_controllers::link::{Client, LinkError, Port, Tcp, UploadError, flash};
 use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::device::GIVEN_UP;
 use trueaxis_firmware::mock_flash::MockFlash;
 use trueaxis_firmware::slots::WhileBusy;
+use trueaxis_link::{Client, LinkError, Port, Tcp, UploadError, flash};
 
 /// One line that several programs write to. Each reads all answers, including those for others.
 #[derive(Clone)]
@@ -122,14 +122,11 @@ fn the_command_says_who_is_before_it_and_for_how_long() {
     let (length, crc) = (1000, 1);
     client.upload(&Request::Begin { length, crc }).unwrap();
     drop(client);
-    let text = says(2, &["flash", &files.at("first"), "--port", &served.port]);
-    assert!(
-        text.contains("another upload is under way; if it has died, it is given up in"),
-        "{text}"
+    let text = files.flash(2, "first", &served.port, "");
+    has(
+        &text,
+        "another upload is under way; if it has died, it is given up in",
     );
-    assert!(
-        text.contains("wait until the other upload is over"),
-        "{text}"
-    );
+    has(&text, "wait until the other upload is over");
     served.take();
 }

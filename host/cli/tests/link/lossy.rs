@@ -7,10 +7,10 @@ use proptest::prelude::*;
 use std::time::Duration;
 use trueaxis::link::{Activation, Refusal, Request, Slot, SlotState};
 use trueaxis::{Compensation, Inputs, Servo};
-use trueaxis_controllers::link::{Activated, Client, LinkError, Port, UploadError, flash};
 use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::mock_flash::MockFlash;
 use trueaxis_firmware::slots::WhileBusy;
+use trueaxis_link::{Activated, Client, LinkError, Port, UploadError, flash};
 
 const PERIOD: f32 = 0.001;
 const POINTS: u16 = 500;

@@ -1,6 +1,6 @@
 //! `trueaxis simulate controller`, as a user runs it.
 
-use crate::command::{Files, says};
+use crate::command::{Files, has, says};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
@@ -55,7 +55,7 @@ fn the_error_of_the_machine_behind_it_falls_when_corrections_are_switched_on() {
     };
     let (machine, errors) = (example("machine.toml"), example("errors-12.toml"));
     let blob = blob.to_str().unwrap();
-    says(0, &["compile", &machine, &errors, "-o", blob]);
+    says(0, &format!("compile {machine} {errors} -o {blob}"));
     let mut simulated = Simulated::start(&[
         "--port",
         "tcp:127.0.0.1:0",
@@ -66,8 +66,8 @@ fn the_error_of_the_machine_behind_it_falls_when_corrections_are_switched_on() {
     ]);
     let port = simulated.port();
     assert!(simulated.line().contains("without corrections"));
-    says(0, &["flash", blob, "--port", &port, "--activate"]);
-    says(0, &["control", "--port", &port, "enable"]);
+    says(0, &format!("flash {blob} --port {port} --activate"));
+    says(0, &format!("control --port {port} enable"));
     // The first of its lines that has corrections all the time is the second with them.
     let on = |simulated: &mut Simulated| loop {
         let line = simulated.line();
@@ -97,8 +97,8 @@ fn ports_that_others_would_reach_or_that_are_files_are_refused() {
         (&files.at("first"), "there is a file of this name"),
         ("no/such/folder", "No such file or directory"),
     ] {
-        let said = says(2, &["simulate", "controller", "--port", port]);
-        assert!(said.contains(why), "{said}");
+        let said = says(2, &format!("simulate controller --port {port}"));
+        has(&said, why);
     }
     // And the file is still there.
     assert!(std::path::Path::new(&files.at("first")).is_file());
@@ -112,10 +112,12 @@ fn a_name_is_a_serial_line_that_can_be_opened_again() {
     for _ in 0..2 {
         let mut simulated = Simulated::start(&["--port", &name]);
         assert_eq!(simulated.port(), name);
-        let flash = ["flash", &files.at("first"), "--port", &name, "--activate"];
-        assert!(says(0, &flash).contains("number 1 in use"));
-        says(0, &["control", "--port", &name, "reference", "all"]);
-        let said = says(0, &["control", "--port", &name, "enable"]);
-        assert!(said.contains("-> enabled"), "{said}");
+        has(
+            &files.flash(0, "first", &name, "--activate"),
+            "number 1 in use",
+        );
+        says(0, &format!("control --port {name} reference all"));
+        let said = says(0, &format!("control --port {name} enable"));
+        has(&said, "-> enabled");
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
-use trueaxis_controllers::link::Port;
 use trueaxis_firmware::desktop::Desktop;
+use trueaxis_link::Port;
 
 /// Error rates of the line: chances in 256 for each frame.
 #[derive(Clone, Copy, Debug)]

@@ -87,6 +87,19 @@ impl CheckResult {
         }
     }
 
+    /// All lines of the program that are named.
+    pub(crate) fn places(&mut self) -> impl Iterator<Item = &mut u64> {
+        let of_tool = self.tool_path.as_mut().map(|path| &mut path.worst_line);
+        let lines = [
+            &mut self.off_line,
+            &mut self.hole_line,
+            &mut self.length_line,
+            &mut self.excess_line,
+            &mut self.first_time_line,
+        ];
+        lines.into_iter().chain(of_tool)
+    }
+
     /// Counts what does not take what it took before, within 1 %.
     pub(super) fn compare(&mut self, line: u64, [before, after]: [f64; 2]) {
         if (after - before).abs() > 0.01 * before {

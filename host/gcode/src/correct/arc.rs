@@ -1,7 +1,6 @@
 //! Arcs: one that is fitted to the corrected path where it keeps the tolerance, otherwise several.
 
 use super::Corrector;
-use super::given::Moving;
 use super::piece::{Piece, Shape};
 use crate::arc::Arc;
 use crate::axes::PerLetter;
@@ -40,9 +39,9 @@ struct Dividing<'d> {
 
 impl Corrector<'_> {
     /// G2, G3.
-    pub(super) fn arc(&mut self, arc: &Arc, moving: &Moving) -> Result<Vec<Piece>, Fault> {
+    pub(super) fn arc(&mut self, arc: &Arc) -> Result<Vec<Piece>, Fault> {
         let path = Path::Arc(*arc);
-        self.trace(&path, moving)?;
+        self.trace(&path)?;
         let field = self.field();
         let [r0, r1] = arc.radii();
         // Where words have fewer decimals an arc begins so far beside its place.
@@ -53,10 +52,9 @@ impl Corrector<'_> {
         };
         let limits = limits.plus(begins).within(LARGEST * r0.min(r1));
         if self.is_offset() {
-            return self.in_one(arc, &limits, moving);
+            return self.in_one(arc, &limits);
         }
-        let pieces = self.runs(&field, &path, &limits);
-        let pieces = pieces.map_err(|lost| moving.lost(lost))?;
+        let pieces = self.runs(&field, &path, &limits)?;
         let is_chord = |piece: &Piece| piece.share.is_some() && piece.shape == Shape::Feed;
         self.report.arcs[usize::from(pieces.iter().any(is_chord))] += 1;
         Ok(pieces)
@@ -69,7 +67,7 @@ impl Corrector<'_> {
     }
 
     /// An arc that must stay one: under cutter compensation, whatever that costs.
-    fn in_one(&mut self, arc: &Arc, limits: &Limits, moving: &Moving) -> Result<Vec<Piece>, Fault> {
+    fn in_one(&mut self, arc: &Arc, limits: &Limits) -> Result<Vec<Piece>, Fault> {
         let from = self.written.position.at;
         let nodes = &self.traced.nodes;
         let fitted = match self.nominal.tip {
@@ -80,8 +78,7 @@ impl Corrector<'_> {
         // Ends of nearly a full turn say little of its centre.
         let most = OTHER[0] * arc.radii()[0] + OTHER[1];
         let (Some(fitted), Some(off)) = (fitted, off.filter(|off| *off <= most)) else {
-            return Err(Fault::new(
-                moving.span.clone(),
+            return Err(Fault::of_motion(
                 "an arc under cutter compensation that cannot stay one",
                 "write the path out without G41 and G42",
             ));

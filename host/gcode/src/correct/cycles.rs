@@ -4,7 +4,7 @@ mod shifted;
 mod written_out;
 
 use super::Corrector;
-use super::given::{Given, Moving};
+use super::given::Given;
 use crate::axes::PerLetter;
 use crate::cycle::{Cycle, Part};
 use crate::fault::Fault;
@@ -26,19 +26,11 @@ struct Hole {
 }
 
 impl Corrector<'_> {
-    pub(super) fn cycle(
-        &mut self,
-        given: &Given<'_>,
-        cycle: &Cycle,
-        moving: &Moving,
-        out: &mut Vec<u8>,
-    ) -> Result<(), Fault> {
+    pub(super) fn cycle(&mut self, given: &Given<'_>, cycle: &Cycle) -> Result<(), Fault> {
         let field = self.field();
         let before = self.ways.clone();
-        let holes = self
-            .holes(&field, cycle)
-            .map_err(|lost| moving.lost(lost))?;
-        self.knows_directions(moving)?;
+        let holes = self.holes(&field, cycle)?;
+        self.knows_directions()?;
         let off = holes.iter().map(|hole| hole.off).fold(0.0, f64::max);
         let keeps_place = off <= self.options.hole_tolerance;
         if keeps_place && self.keeps_level(cycle, &holes) {
@@ -46,23 +38,22 @@ impl Corrector<'_> {
             self.report.holes_off = self.report.holes_off.max(off);
             // Above the hole it has the correction of the bottom.
             self.joined = false;
-            return self.shifted(given, cycle, &holes, out);
+            return self.shifted(given, cycle, &holes);
         }
         let why = self.why_written_out(off);
         let code = cycle.code / 10;
         let Some(parts) = cycle.parts() else {
-            return Err(Fault::new(
-                moving.span.clone(),
+            return Err(Fault::of_motion(
                 format!("G{code} cannot be written out, and {why}"),
                 "give a larger --hole-tolerance, or use the compensation in the controller",
             ));
         };
         if parts.contains(&Part::SpindleStops) {
-            self.needs_spindle(cycle, &why, moving)?;
+            self.needs_spindle(cycle, &why)?;
         }
         self.report.write_out(self.line, format!("G{code}: {why}"));
         self.ways = before;
-        self.write_out(given, cycle, &parts, moving, out)
+        self.write_out(given, cycle, &parts)
     }
 
     /// Why a cycle does not stay one whose places are so far off (mm).
@@ -79,11 +70,10 @@ impl Corrector<'_> {
     }
 
     /// What stops the spindle starts it again: it must be known how.
-    fn needs_spindle(&self, cycle: &Cycle, why: &str, moving: &Moving) -> Result<(), Fault> {
+    fn needs_spindle(&self, cycle: &Cycle, why: &str) -> Result<(), Fault> {
         match self.nominal.spindle {
             Some(Spindle::Clockwise | Spindle::Counterclockwise) => Ok(()),
-            Some(Spindle::Stands) | None => Err(Fault::new(
-                moving.span.clone(),
+            Some(Spindle::Stands) | None => Err(Fault::of_motion(
                 format!(
                     "{why}, and G{} is written out only where the spindle is known to turn",
                     cycle.code / 10

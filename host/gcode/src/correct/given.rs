@@ -4,8 +4,7 @@ use crate::axes::{self, is_rotary};
 use crate::fault::Fault;
 use crate::interpret::Step;
 use crate::trace::{Lost, MOST_PARTS};
-use crate::words::{Block, Word};
-use std::ops::Range;
+use crate::words::Block;
 
 /// A line: its bytes, its words, and what it does.
 #[derive(Clone, Copy)]
@@ -18,18 +17,8 @@ pub(super) struct Given<'l> {
     pub step: &'l Step,
 }
 
-/// What every correction of a motion needs besides its path.
-pub(super) struct Moving {
-    /// The bytes to be pointed at.
-    pub span: Range<usize>,
-    /// Length of the tool (mm), if it is known.
-    pub length: Option<f64>,
-}
-
-impl Moving {
-    /// What to say of a position that cannot be corrected.
-    pub fn lost(&self, lost: Lost) -> Fault {
-        let span = self.span.clone();
+impl From<Lost> for Fault {
+    fn from(lost: Lost) -> Self {
         let outside = |corrected: &str, axis: usize, at: f64, [low, high]: [f64; 2]| {
             let (name, unit) = (axes::name(axis), if is_rotary(axis) { "deg" } else { "mm" });
             format!(
@@ -37,13 +26,11 @@ impl Moving {
             )
         };
         match lost {
-            Lost::Outside(axis, at, limits) => Fault::new(
-                span,
+            Lost::Outside(axis, at, limits) => Self::of_motion(
                 outside("", axis, at, limits),
                 "check the offsets in the setup and the position of the part",
             ),
-            Lost::Beyond(axis, at, limits) => Fault::new(
-                span,
+            Lost::Beyond(axis, at, limits) => Self::of_motion(
                 outside(" with its correction", axis, at, limits),
                 format!(
                     "stay away from the end by the correction; if {} can go there, give the machine file a `range` \
@@ -51,40 +38,31 @@ impl Moving {
                     axes::name(axis)
                 ),
             ),
-            Lost::NoPose => Fault::no_pose(span),
-            Lost::TooLong => Fault::new(
-                span,
+            Lost::NoPose => Self::of_motion(
+                "no axis positions put the tip there",
+                "check the place of the part, the tool length and the machine file",
+            ),
+            Lost::TooLong => Self::of_motion(
                 format!(
                     "a move so long that its correction would be looked at in more than {MOST_PARTS} places"
                 ),
                 "write it as several moves",
             ),
-            Lost::NoLength => Fault::new(
-                span,
+            Lost::NoLength => Self::of_motion(
                 "the compensation depends on the tool length, which is unknown here",
                 "give the setup the tool in the spindle, [start] tool = 1, and its length, [tool.1] length = …",
             ),
+            Lost::Direction(axis) => {
+                let letter = axes::name(axis);
+                Self::of_motion(
+                    format!(
+                        "the compensation depends on the direction in which {letter} moved last, which is unknown here"
+                    ),
+                    format!(
+                        "give it in the setup: [start] travel = {{ {letter} = \"+\" }}, or \"-\""
+                    ),
+                )
+            }
         }
     }
-
-    /// A direction that must be known.
-    pub(crate) fn direction_unknown(&self, axis: usize) -> Fault {
-        let letter = axes::name(axis);
-        Fault::new(
-            self.span.clone(),
-            format!(
-                "the compensation depends on the direction in which {letter} moved last, which is unknown here"
-            ),
-            format!("give it in the setup: [start] travel = {{ {letter} = \"+\" }}, or \"-\""),
-        )
-    }
-}
-
-/// The bytes of a line to be pointed at: its words.
-pub(in crate::correct) fn span_of(block: &Block) -> Range<usize> {
-    let is_axis = |w: &&Word| axes::index(w.letter).is_some();
-    let first = block.words.iter().find(is_axis);
-    first
-        .or(block.words.first())
-        .map_or(0..block.end, Word::span)
 }

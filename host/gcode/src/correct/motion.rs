@@ -1,6 +1,6 @@
 //! A motion of a line: what it needs, and the way it is corrected.
 
-use super::given::{Given, Moving, span_of};
+use super::given::Given;
 use super::{Backlash, Corrector};
 use crate::axes::is_rotary;
 use crate::codes::{Code, Group};
@@ -8,30 +8,24 @@ use crate::fault::Fault;
 use crate::interpret::bits;
 use crate::limits::Limits;
 use crate::moves::Move;
-use crate::trace::{Field, Node, Path, Stretch};
+use crate::trace::{Field, Lost, Node, Path, Stretch};
 use crate::words::{Block, Word};
 
 impl<'a> Corrector<'a> {
     /// A line with a motion.
-    pub(super) fn motion(
-        &mut self,
-        given: &Given<'_>,
-        motion: &Move,
-        out: &mut Vec<u8>,
-    ) -> Result<(), Fault> {
-        let moving = self.moving(given.block);
+    pub(super) fn motion(&mut self, given: &Given<'_>, motion: &Move) -> Result<(), Fault> {
         // Words of linear axes are added where only others are commanded.
-        self.nominal.needs_units(moving.span.clone())?;
-        if let Some(length) = moving.length {
+        self.nominal.needs_units(given.block.axis_span())?;
+        if let Some(length) = self.nominal.tool_length(&self.rules.setup) {
             self.report.used(length);
-            self.reaches_length(length, &moving)?;
+            self.reaches_length(length)?;
         }
         self.modes_first(given.block)?;
         let mut pieces = std::mem::take(&mut self.pieces);
         pieces.clear();
         let timing = match motion {
             Move::Straight(straight, rate) => {
-                self.straight(straight, *rate, &moving, &mut pieces)?;
+                self.straight(straight, *rate, &mut pieces)?;
                 let mut timing = self.timing(*rate, &Path::Line(straight.from.at, straight.to));
                 if straight.from.missing(self.tables.axes).is_some() {
                     // Nobody knows how long it is: F stays.
@@ -40,12 +34,12 @@ impl<'a> Corrector<'a> {
                 timing
             }
             Move::Arc(arc, rate) => {
-                pieces.extend(self.arc(arc, &moving)?);
+                pieces.extend(self.arc(arc)?);
                 self.timing(*rate, &Path::Arc(*arc))
             }
-            Move::Cycle(cycle) => return self.cycle(given, cycle, &moving, out),
+            Move::Cycle(cycle) => return self.cycle(given, cycle),
         };
-        let done = self.write_all(given, &pieces, &timing, out);
+        let done = self.write_all(given, &pieces, &timing);
         self.pieces = pieces;
         done?;
         let (comes_back, holds) = match motion {
@@ -56,22 +50,21 @@ impl<'a> Corrector<'a> {
         };
         // It stands where it stood, and axes have turned round since; or some are not corrected yet.
         self.joined = !comes_back && !holds;
-        match comes_back {
-            true => self.come_back(&moving),
-            false => Ok(()),
+        if comes_back {
+            self.come_back()?;
         }
+        Ok(())
     }
 
     /// Tables that depend on the tool length must reach it.
-    fn reaches_length(&self, length: f64, moving: &Moving) -> Result<(), Fault> {
+    fn reaches_length(&self, length: f64) -> Result<(), Fault> {
         let [low, high] = self.tables.lengths;
         // Lengths have decimals, tables are f32.
         let is_beyond = length < low - 1e-3 || length > high + 1e-3;
         if !is_beyond || !self.tables.takes_length {
             return Ok(());
         }
-        Err(Fault::new(
-            moving.span.clone(),
+        Err(Fault::of_motion(
             format!(
                 "a tool of {length:.3} mm, and the compensation is for {low:.0} to {high:.0} mm"
             ),
@@ -80,22 +73,13 @@ impl<'a> Corrector<'a> {
     }
 
     /// G33.1 ends where it began.
-    fn come_back(&mut self, moving: &Moving) -> Result<(), Fault> {
+    fn come_back(&mut self) -> Result<(), Lost> {
         let at = self.nominal.position.at;
         if self.axes_turn() {
-            let q = self.field().axes(&at);
-            let q = q.map_err(|lost| moving.lost(lost))?;
+            let q = self.field().axes(&at)?;
             self.ways.come_to(self.tables, &q);
         }
         Ok(())
-    }
-
-    /// What is the same for all that is corrected in a line.
-    pub(super) fn moving(&self, block: &Block) -> Moving {
-        Moving {
-            span: span_of(block),
-            length: self.nominal.tool_length(&self.rules.setup),
-        }
     }
 
     /// Modes and offsets of a line hold for its own motion: words are written as they mean them.
@@ -148,31 +132,25 @@ impl<'a> Corrector<'a> {
     }
 
     /// The stretches of a path between reversals; directions are those at its end then.
-    pub(super) fn stretches(
-        &mut self,
-        path: &Path,
-        moving: &Moving,
-    ) -> Result<Vec<Stretch>, Fault> {
+    pub(super) fn stretches(&mut self, path: &Path) -> Result<Vec<Stretch>, Lost> {
         let field = self.field();
         self.start_travel = self.ways.travel;
-        let stretches = field.stretches(path, &mut self.ways);
-        let stretches = stretches.map_err(|lost| moving.lost(lost))?;
-        self.knows_directions(moving)?;
+        let stretches = field.stretches(path, &mut self.ways)?;
+        self.knows_directions()?;
         Ok(stretches)
     }
 
     /// The nodes of a path.
-    pub(super) fn trace(&mut self, path: &Path, moving: &Moving) -> Result<(), Fault> {
-        let stretches = self.stretches(path, moving)?;
+    pub(super) fn trace(&mut self, path: &Path) -> Result<(), Lost> {
+        let stretches = self.stretches(path)?;
         let (field, limits) = (self.field(), self.limits());
-        let traced = field.trace(path, &limits, &stretches, &mut self.traced);
-        traced.map_err(|lost| moving.lost(lost))
+        field.trace(path, &limits, &stretches, &mut self.traced)
     }
 
     /// The directions of all axes whose tables need them must be known.
-    pub(super) fn knows_directions(&self, moving: &Moving) -> Result<(), Fault> {
+    pub(super) fn knows_directions(&self) -> Result<(), Lost> {
         match self.ways.missing(self.tables) {
-            Some(axis) => Err(moving.direction_unknown(axis)),
+            Some(axis) => Err(Lost::Direction(axis)),
             None => Ok(()),
         }
     }

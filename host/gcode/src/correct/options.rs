@@ -19,18 +19,6 @@ pub enum Backlash {
     Leave,
 }
 
-impl Backlash {
-    /// As the command has it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Move => "move",
-            Self::Blend => "blend",
-            Self::Leave => "leave",
-        }
-    }
-}
-
 /// How a program is corrected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {

@@ -13,18 +13,13 @@ use crate::words::Block;
 
 impl Corrector<'_> {
     /// A line without motion; `before` is where the program was.
-    pub(super) fn pass(
-        &mut self,
-        given: &Given<'_>,
-        before: &Position,
-        out: &mut Vec<u8>,
-    ) -> Result<(), Fault> {
+    pub(super) fn pass(&mut self, given: &Given<'_>, before: &Position) -> Result<(), Fault> {
         let step = given.step;
         if let Some(what) = step.passed {
             *self.report.passed.entry(what).or_default() += 1;
         }
         if let Some(system) = step.reference {
-            return self.reference(given, system, out);
+            return self.reference(given, system);
         }
         if step.tip.is_none() {
             self.written.step(given.block, self.rules)?;
@@ -44,9 +39,8 @@ impl Corrector<'_> {
                 self.ways.come_to(self.tables, &at);
             }
         }
-        out.extend_from_slice(given.line);
-        out.extend_from_slice(given.eol);
-        self.note(Role::Plain);
+        self.out.extend_from_slice(given.line);
+        self.end_line(given.eol, Role::Plain);
         Ok(())
     }
 
@@ -91,11 +85,10 @@ impl Corrector<'_> {
         if let Some(axis) = self.nominal.position.missing(self.tables.axes) {
             return Err(self.nominal.not_known(self.rules, &block.words[0], axis));
         }
-        let moving = self.moving(block);
         let takes = self.tables.takes_length;
         let length = self.nominal.field_length(self.rules, takes);
         if takes && length.is_none() {
-            return Err(moving.lost(Lost::NoLength));
+            return Err(Lost::NoLength.into());
         }
         self.written.step(block, self.rules)?;
         for state in [&mut self.nominal, &mut self.written] {
@@ -103,8 +96,7 @@ impl Corrector<'_> {
             state.position.at = if on {
                 tip.world(at, length)
             } else {
-                let axes = tip.axes(at, length);
-                axes.ok_or_else(|| Fault::no_pose(span.clone()))?
+                tip.axes(at, length).ok_or(Lost::NoPose)?
             };
             state.tip = on;
         }
@@ -112,12 +104,7 @@ impl Corrector<'_> {
     }
 
     /// G92 and G10 L20: the words say where the machine is, which is elsewhere now.
-    fn reference(
-        &mut self,
-        given: &Given<'_>,
-        system: Option<u16>,
-        out: &mut Vec<u8>,
-    ) -> Result<(), Fault> {
+    fn reference(&mut self, given: &Given<'_>, system: Option<u16>) -> Result<(), Fault> {
         let mut offsets = self.nominal.offsets.clone();
         if let Some(number) = system {
             offsets.select(number);
@@ -137,12 +124,11 @@ impl Corrector<'_> {
             let value = number::rounded(meant[axis] / unit, decimals);
             replace_number(&mut edits, self.rules, word, value, decimals);
         }
-        let from = out.len();
-        edits.apply(given.line, out);
+        let from = self.out.len();
+        edits.apply(given.line, &mut self.out);
         self.edits = edits;
-        self.follow(&out[from..], None)?;
-        out.extend_from_slice(given.eol);
-        self.note(Role::Plain);
+        self.follow(from, None)?;
+        self.end_line(given.eol, Role::Plain);
         Ok(())
     }
 }

@@ -1,6 +1,5 @@
 //! Straight moves: their corrected ends, and pieces where the correction bends them.
 
-use super::given::Moving;
 use super::piece::{Piece, Shape};
 use super::{Backlash, Corrector};
 use crate::axes::{NOTHING, PerLetter};
@@ -10,7 +9,7 @@ use crate::interpret::bits;
 use crate::limits::Limits;
 use crate::modal::Cutter;
 use crate::moves::{Rate, Straight};
-use crate::trace::{Node, Path};
+use crate::trace::{Lost, Node, Path};
 
 /// What a bound of corrections may be, in parts of what is allowed: evaluation rounds in f32.
 const SURELY: f64 = 0.9;
@@ -21,7 +20,6 @@ impl Corrector<'_> {
         &mut self,
         straight: &Straight,
         rate: Rate,
-        moving: &Moving,
         pieces: &mut Vec<Piece>,
     ) -> Result<(), Fault> {
         let is_rapid = rate == Rate::Rapid && !straight.with_spindle;
@@ -39,11 +37,11 @@ impl Corrector<'_> {
         let is_end_alone = is_rapid || stands || !is_known;
         if is_end_alone || self.goes_on_without_cut(straight) {
             if !is_known {
-                self.arrive(to, moving)?;
+                self.arrive(to)?;
             } else if is_rapid && !stands {
-                self.stretches(&path, moving)?;
+                self.stretches(&path)?;
             }
-            let end = self.end(to, held, is_rapid && straight.machine, moving)?;
+            let end = self.end(to, held, is_rapid && straight.machine)?;
             // Where the program stands, a feed only leads onto the corrected path.
             let leads_on = stands && shape == Shape::Feed && !straight.with_spindle;
             pieces.push(match leads_on {
@@ -52,16 +50,15 @@ impl Corrector<'_> {
             });
             return Ok(());
         }
-        self.trace(&path, moving)?;
+        self.trace(&path)?;
         let limits = self.limits();
-        let end = self.end(to, held, false, moving)?;
+        let end = self.end(to, held, false)?;
         if straight.with_spindle {
-            self.keeps_thread(&limits, moving)?;
+            self.keeps_thread(&limits)?;
         } else if self.is_offset() && !self.may_be_cut() {
             self.note_cutter(&limits);
         } else {
-            let runs = self.runs(&self.field(), &path, &limits);
-            pieces.extend(runs.map_err(|lost| moving.lost(lost))?);
+            pieces.extend(self.runs(&self.field(), &path, &limits)?);
             let cuts = pieces.iter().filter(|p| p.share.is_some());
             self.report.cut += u64::from(cuts.count() > 1);
             return Ok(());
@@ -71,26 +68,25 @@ impl Corrector<'_> {
     }
 
     /// A thread is one move: its corrected path must be straight, and no axis reverse along it.
-    fn keeps_thread(&self, limits: &Limits, moving: &Moving) -> Result<(), Fault> {
+    fn keeps_thread(&self, limits: &Limits) -> Result<(), Fault> {
         let mut runs = self.traced.runs.iter();
         let reverses = runs.any(|(stretch, _)| stretch.travel != self.start_travel);
         if !reverses && cut::is_straight(&self.traced.nodes, limits) {
             return Ok(());
         }
-        Err(Fault::new(
-            moving.span.clone(),
+        Err(Fault::of_motion(
             "a thread that would have to be cut into several moves",
             "give a larger --tolerance, or use the compensation in the controller",
         ))
     }
 
     /// The axes arrive at a place from an unknown one.
-    fn arrive(&mut self, to: &PerLetter, moving: &Moving) -> Result<(), Fault> {
-        let q = self.field().axes(to).map_err(|lost| moving.lost(lost))?;
+    fn arrive(&mut self, to: &PerLetter) -> Result<(), Lost> {
+        let q = self.field().axes(to)?;
         if self.axes_turn() {
             self.ways.come_to(self.tables, &q);
         }
-        self.knows_directions(moving)
+        self.knows_directions()
     }
 
     /// True for a motion under cutter compensation, and for the one along which the path gets its offset or loses it.
@@ -162,18 +158,14 @@ impl Corrector<'_> {
         to: &PerLetter,
         held: u16,
         retracts: bool,
-        moving: &Moving,
-    ) -> Result<PerLetter, Fault> {
+    ) -> Result<PerLetter, Lost> {
         let field = self.field();
-        let mut node = match field.node(1.0, to, &self.ways.travel) {
-            Ok(node) => node,
-            Err(lost) => return Err(moving.lost(lost)),
-        };
+        let mut node = field.node(1.0, to, &self.ways.travel)?;
         self.hold(held, &mut node);
         if retracts {
             field.within_travel(&mut node);
         }
-        field.reaches(&node).map_err(|lost| moving.lost(lost))?;
+        field.reaches(&node)?;
         self.corrected(&node);
         Ok(node.to)
     }

@@ -40,7 +40,6 @@ impl Corrector<'_> {
         given: &Given<'_>,
         pieces: &[Piece],
         timing: &Timing,
-        out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let several = pieces.len() > 1;
         let change = self.change(given, &pieces[0], timing, several && given.step.after);
@@ -48,18 +47,18 @@ impl Corrector<'_> {
             true => self.extrusion(given)?,
             false => None,
         };
-        self.write_first(given, &change, out)?;
+        self.write_first(given, &change)?;
         let given = match several {
             true => self.with_end(given),
             false => *given,
         };
-        out.extend_from_slice(given.eol);
+        self.out.extend_from_slice(given.eol);
         for piece in &pieces[1..] {
-            self.write_next(&given, piece, timing, out)?;
+            self.write_next(&given, piece, timing)?;
         }
         self.all_is_extruded()?;
         if change.without_after {
-            self.write_after(&given, out)?;
+            self.write_after(&given)?;
         }
         Ok(())
     }
@@ -114,38 +113,28 @@ impl Corrector<'_> {
     }
 
     /// Words that belong behind the motion, in a line of their own.
-    pub(super) fn write_after(
-        &mut self,
-        given: &Given<'_>,
-        out: &mut Vec<u8>,
-    ) -> Result<(), Fault> {
+    pub(super) fn write_after(&mut self, given: &Given<'_>) -> Result<(), Fault> {
         let words = given.block.words.iter();
         let after = words.filter(|w| is_after(w, self.rules.dialect));
         let after: Vec<&[u8]> = after.map(|word| &given.line[word.span()]).collect();
-        self.write_apart(given, &after.join(&b' '), out)
+        self.write_apart(given, &after.join(&b' '))
     }
 
     /// A line without motion beside those of a motion.
-    pub(super) fn write_apart(
-        &mut self,
-        given: &Given<'_>,
-        words: &[u8],
-        out: &mut Vec<u8>,
-    ) -> Result<(), Fault> {
-        let mut text = Vec::new();
+    pub(super) fn write_apart(&mut self, given: &Given<'_>, words: &[u8]) -> Result<(), Fault> {
+        let from = self.out.len();
         if given.block.deleted {
-            text.push(b'/');
+            self.out.push(b'/');
         }
-        text.extend_from_slice(words);
-        self.follow(&text, None)?;
-        out.extend_from_slice(&text);
-        out.extend_from_slice(given.eol);
-        self.note(Role::Plain);
+        self.out.extend_from_slice(words);
+        self.follow(from, None)?;
+        self.end_line(given.eol, Role::Plain);
         Ok(())
     }
 
-    /// What the controller makes of a line that is written: it must lead where it was meant to.
-    pub(super) fn follow(&mut self, text: &[u8], to: Option<&PerLetter>) -> Result<Step, Fault> {
+    /// What the controller makes of the line that begins at a place of what is written: it must lead where it was meant to.
+    pub(super) fn follow(&mut self, from: usize, to: Option<&PerLetter>) -> Result<Step, Fault> {
+        let text = &self.out[from..];
         fits_controller(text, self.rules.dialect)?;
         if let Some(before) = self.before_modes.take() {
             self.written = before;

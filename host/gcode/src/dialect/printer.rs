@@ -6,16 +6,16 @@ use super::{AfterEnd, Table};
 use crate::codes::{Code, Machine};
 use crate::modal::Distance;
 
-const G: &[(u16, Code)] = &[(901, Code::ArcDistance(Distance::Absolute))];
+const OWN: &[(u16, Code)] = &[(901, Code::ArcDistance(Distance::Absolute))];
 
-const M: &[(u16, Machine)] = &[
+const OWN_M: &[(u16, Machine)] = &[
     (820, Machine::Extruder(Distance::Absolute)),
     (830, Machine::Extruder(Distance::Incremental)),
 ];
 
 pub const TABLE: Table = Table {
-    g: G,
-    m: M,
+    g: &[OWN],
+    m: &[OWN_M],
     // MAX_CMD_SIZE of Marlin is 96, with a zero at the end; comments are left out while it reads.
     longest_line: 95,
     counts_words_alone: true,

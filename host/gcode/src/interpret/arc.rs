@@ -1,6 +1,5 @@
 //! Arcs from their words: I, J, K or R, in the plane that holds.
 
-use super::preconditions::axis_span;
 use super::{Asked, whole};
 use crate::arc::{Arc, centre_by_radius};
 use crate::axes::{COUNT, PerLetter};
@@ -30,8 +29,7 @@ impl<'l> CentreWords<'l> {
         // The letters I, J, K belong to X, Y, Z.
         let [first, second, normal] = plane.map(|axis| asked.word(b"IJK"[axis]));
         match normal {
-            Some(word) if word.value != 0.0 => Err(Fault::new(
-                word.span(),
+            Some(word) if word.value != 0.0 => Err(word.fault(
                 "a centre along the normal of the plane",
                 "check the plane: G17, G18 or G19",
             )),
@@ -52,15 +50,13 @@ impl State {
     /// The plane, where it must be known.
     pub(super) fn plane(&self, asked: &Asked<'_>) -> Result<Plane, Fault> {
         let plane = self.plane.ok_or_else(|| {
-            Fault::new(
-                axis_span(asked.block),
+            asked.fault(
                 "the plane is unknown here",
                 "write G17, G18 or G19 before it",
             )
         })?;
         if self.offsets.is_turned() && plane != Plane::Xy {
-            return Err(Fault::new(
-                axis_span(asked.block),
+            return Err(asked.fault(
                 "an arc or a cycle outside the XY plane under a rotation",
                 "write it without rotation",
             ));
@@ -72,8 +68,7 @@ impl State {
     pub(super) fn arc(&self, asked: &Asked<'_>, clockwise: bool) -> Result<Arc, Fault> {
         if let Some((_, word)) = asked.once {
             // P would be that of both, and I, J, K alone are no motion there.
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 "an arc in a line with G4 or another word that acts once",
                 "write two lines",
             ));
@@ -110,18 +105,12 @@ impl State {
             (Some(word), None) => {
                 let r = self.length_of(asked, word)?;
                 centre_by_radius([from[i], from[j]], [to[i], to[j]], r, clockwise)
-                    .map_err(|cause| Fault::new(word.span(), cause, "check the radius and the end"))
+                    .map_err(|cause| word.fault(cause, "check the radius and the end"))
             }
-            (Some(word), Some(_)) => Err(Fault::new(
-                word.span(),
-                "a radius and a centre",
-                "write one of them",
-            )),
-            (None, None) => Err(Fault::new(
-                axis_span(asked.block),
-                "an arc without a centre or a radius",
-                "write I, J, K or R",
-            )),
+            (Some(word), Some(_)) => Err(word.fault("a radius and a centre", "write one of them")),
+            (None, None) => {
+                Err(asked.fault("an arc without a centre or a radius", "write I, J, K or R"))
+            }
             (None, Some(given)) => self.written_centre(asked, from, [i, j], words.offsets, given),
         }
     }
@@ -211,8 +200,7 @@ impl State {
             return Ok([from[i] + by[0], from[j] + by[1]]);
         }
         if self.arc_distance == Distance::Absolute && words.contains(&None) {
-            return Err(Fault::new(
-                given.span(),
+            return Err(given.fault(
                 "one half of a centre under G90.1",
                 "write both words of the centre",
             ));
@@ -234,8 +222,7 @@ fn turns_of_arc(asked: &Asked<'_>) -> Result<u32, Fault> {
         return Ok(1);
     };
     match whole(word)?.max(1) {
-        turns if turns > MOST_TURNS => Err(Fault::new(
-            word.span(),
+        turns if turns > MOST_TURNS => Err(word.fault(
             format!("an arc of more than {MOST_TURNS} turns"),
             "write several arcs",
         )),

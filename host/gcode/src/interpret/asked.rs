@@ -71,8 +71,7 @@ impl<'l> Asked<'l> {
         }
         let takes_modal = once || self.machine_coordinates.is_some();
         if takes_modal && let Some(word) = self.block.words.iter().find(|w| w.distance.is_some()) {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 "AC or IC beside a word that is no move in the workpiece",
                 "write the number alone",
             ));
@@ -81,6 +80,11 @@ impl<'l> Asked<'l> {
             true => 0,
             false => self.axes,
         })
+    }
+
+    /// What is wrong with the motion of the line.
+    pub fn fault(&self, cause: impl Into<String>, remedy: impl Into<String>) -> Fault {
+        self.block.fault(cause, remedy)
     }
 
     /// The word of a letter other than G and M.
@@ -194,8 +198,7 @@ impl<'l> Asked<'l> {
         if self.axes == 0 {
             return Ok(());
         }
-        Err(Fault::new(
-            word.span(),
+        Err(word.fault(
             "axes in a line with a G word that is passed on: their meaning is unknown",
             "write two lines",
         ))
@@ -226,12 +229,11 @@ fn second_of_group(word: &Word, group: Group) -> Fault {
         Group::Motion => "a second motion word in the line",
         _ => "a second word of its group in the line",
     };
-    Fault::new(word.span(), cause, "write two lines")
+    word.fault(cause, "write two lines")
 }
 
 fn second_taker(word: &Word) -> Fault {
-    Fault::new(
-        word.span(),
+    word.fault(
         "two words in the line that take the axes",
         "write two lines",
     )

@@ -1,6 +1,5 @@
 //! Canned cycles from their words, and those that stay from the line before.
 
-use super::preconditions::axis_span;
 use super::{Asked, bits, whole};
 use crate::axes::{self, COUNT};
 use crate::cycle::{Cycle, Frame, Sticky, Wait};
@@ -61,15 +60,10 @@ impl State {
     fn allows_cycle(&self, asked: &Asked<'_>, plane: [usize; 3]) -> Result<(), Fault> {
         let block = asked.block;
         if self.tip {
-            return Err(Fault::new(
-                axis_span(block),
-                "a cycle under tool-centre-point control",
-                "write it out",
-            ));
+            return Err(block.fault("a cycle under tool-centre-point control", "write it out"));
         }
         if self.cutter && asked.rules.dialect.table().cycles_need_g40 {
-            return Err(Fault::new(
-                axis_span(block),
+            return Err(block.fault(
                 "a cycle under G41 or G42, which LinuxCNC refuses",
                 "write G40 before it",
             ));
@@ -106,7 +100,7 @@ impl State {
         relative: bool,
         retract: Retract,
     ) -> Result<Frame, Fault> {
-        let span = axis_span(asked.block);
+        let span = asked.block.axis_span();
         let now = Frame {
             normal,
             units: self.needs_units(span.clone())?,
@@ -134,8 +128,7 @@ impl State {
         match (self.feed.filter(|f| *f > 0.0), self.feed_mode) {
             (Some(f), FeedMode::PerMinute) => Ok(Rate::PerMinute(f)),
             (Some(f), FeedMode::PerRevolution) => Ok(Rate::PerRevolution(f)),
-            (None, _) | (_, FeedMode::InverseTime) => Err(Fault::new(
-                axis_span(asked.block),
+            (None, _) | (_, FeedMode::InverseTime) => Err(asked.fault(
                 "a cycle without a feed per minute or revolution",
                 "write F before it",
             )),
@@ -228,16 +221,12 @@ fn wait_at_bottom(
 }
 
 fn lacking(asked: &Asked<'_>, what: &str) -> Fault {
-    Fault::new(
-        axis_span(asked.block),
-        format!("a cycle without {what}"),
-        format!("write {what}"),
-    )
+    asked.fault(format!("a cycle without {what}"), format!("write {what}"))
 }
 
 /// A hole goes down, and in a limited number of pecks.
 fn check_depth(asked: &Asked<'_>, cycle: &Cycle) -> Result<(), Fault> {
-    let span = axis_span(asked.block);
+    let span = asked.block.axis_span();
     let depth = cycle.r - cycle.bottom;
     if cycle.bottom > cycle.r {
         return Err(Fault::new(
@@ -272,16 +261,13 @@ fn repeats(asked: &Asked<'_>) -> Result<u32, Fault> {
     let word = match (asked.word(b'L'), asked.word(b'K')) {
         (None, None) => return Ok(1),
         (Some(_), Some(word)) => {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 "a second word in the line of how often a cycle is done",
                 "write K or L",
             ));
         }
         (None, Some(word)) if word.point => {
-            return Err(Fault::new(
-                word.span(),
-                "a cycle with a K that is a length",
+            return Err(word.fault("a cycle with a K that is a length",
                 "write the cycle with one depth of its pecks, Q; how often it is done is a K without point",
             ));
         }
@@ -289,8 +275,7 @@ fn repeats(asked: &Asked<'_>) -> Result<u32, Fault> {
     };
     match whole(word)? {
         times @ 1..=10_000 => Ok(times),
-        _ => Err(Fault::new(
-            word.span(),
+        _ => Err(word.fault(
             "a cycle that is done never or too often",
             "write it with its first hole, or leave the line out",
         )),

@@ -63,15 +63,13 @@ impl State {
         let all = asked.rules.axes;
         let name = system_name(number);
         if asked.axes & all != all {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 format!("{name} is set for some axes, and its value for the others is unknown"),
                 format!("give the setup [offset.\"{name}\"], or write all axes here"),
             ));
         }
         if asked.rules.dialect.table().systems_turn && asked.word(b'R').is_none() {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 format!("{name} is set, and its rotation is unknown"),
                 format!("give the setup [offset.\"{name}\"], or write R, its rotation, here"),
             ));
@@ -97,8 +95,7 @@ impl State {
     /// G10 L1: the offsets of a tool, as they are written. They hold from its next G43 on.
     fn set_tool(&mut self, asked: &Asked<'_>, word: &Word, tool: u32) -> Result<(), Fault> {
         let Some(mut offset) = self.tool_offset(tool, asked.rules) else {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 format!("tool {tool} is set, and is perhaps missing from the tool table"),
                 format!("give it in the setup: [tool.{tool}] length = …"),
             ));

@@ -26,9 +26,7 @@ impl State {
                 && (as_written - self.position.at[axis]).abs() > 180.0;
             return match matters {
                 false => Ok(as_written),
-                true => Err(Fault::new(
-                    word.span(),
-                    format!(
+                true => Err(word.fault(format!(
                         "{letter} turns for ever, and the shorter way is the other one: whether the controller takes it is a parameter"
                     ),
                     format!("say it in the setup: [axis.{letter}] wrapped = true, or false"),
@@ -40,8 +38,7 @@ impl State {
         }
         let here = self.position.at[axis] - self.offsets.machine_axis(axis, 0.0);
         let there = wrapped(rules.dialect, value, here).map_err(|cause| {
-            Fault::new(
-                word.span(),
+            word.fault(
                 cause,
                 "write it as two moves, each of less than half a turn",
             )

@@ -60,7 +60,7 @@ impl State {
             ),
             _ => ("a word that two others of its line use", "write two lines"),
         };
-        Err(Fault::new(word.span(), cause, remedy))
+        Err(word.fault(cause, remedy))
     }
 
     /// The cycle that the line does or goes on with.
@@ -162,9 +162,7 @@ fn needs_point(asked: &Asked<'_>, word: &Word, is_length: bool) -> Result<(), Fa
         && word.value != 0.0;
     match is_length && lacks {
         false => Ok(()),
-        true => Err(Fault::new(
-            word.span(),
-            "a length without a decimal point: Fanuc controllers take it for mm or for least \
+        true => Err(word.fault("a length without a decimal point: Fanuc controllers take it for mm or for least \
              increments, as a parameter says",
             "write a decimal point, or give the setup decimals = \"calculator\" if X100 is 100 mm there, \"least\" if it is 0.1 mm",
         )),

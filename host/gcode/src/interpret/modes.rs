@@ -50,8 +50,7 @@ impl State {
         let mut switched = SpindleAndCoolant::default();
         for (place, word) in machine_words.enumerate() {
             if switched.is_second(word) {
-                return Err(Fault::new(
-                    word.span(),
+                return Err(word.fault(
                     "a second word of spindle or coolant in the line",
                     "write two lines",
                 ));
@@ -63,11 +62,7 @@ impl State {
                 return Err(unknown_m(word));
             };
             if place >= 4 {
-                return Err(Fault::new(
-                    word.span(),
-                    "more than four M words in a line",
-                    "write two lines",
-                ));
+                return Err(word.fault("more than four M words in a line", "write two lines"));
             }
             self.machine_word(asked, word, machine, step)?;
         }
@@ -94,11 +89,7 @@ impl State {
         let waits = named && matches!(asked.once, Some((Code::Dwell, _)));
         if let Some(word) = asked.word(b'F').filter(|_| !waits) {
             if word.value < 0.0 {
-                return Err(Fault::new(
-                    word.span(),
-                    "a negative feed",
-                    "write F with a positive number",
-                ));
+                return Err(word.fault("a negative feed", "write F with a positive number"));
             }
             self.feed = Some(word.value);
             self.feed_has_point = word.point || word.value == 0.0;
@@ -123,8 +114,7 @@ impl State {
             Machine::ToolChange => self.change_tool(asked, word, step)?,
             Machine::ToolNumber => {
                 let Some(number) = asked.word(b'Q') else {
-                    return Err(Fault::new(
-                        word.span(),
+                    return Err(word.fault(
                         "M61 without Q: the tool in the spindle is unknown",
                         "write Q with its number",
                     ));
@@ -232,8 +222,7 @@ impl State {
                 self.feed = Some(f.value * self.feed_unit);
             }
             (Some(_), Some(_), FeedUnit::Unknown) => {
-                return Err(Fault::new(
-                    word.span(),
+                return Err(word.fault(
                     "another unit and F in one line: controllers differ in the unit of that F",
                     "write the unit in a line before",
                 ));
@@ -246,11 +235,7 @@ impl State {
     /// G80 where cycles are a group of their own: what held before them holds again.
     fn cancel_cycles(&mut self, asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
         if let Some((Code::Motion(Motion::Cycle(_)), _)) = asked.motion {
-            return Err(Fault::new(
-                word.span(),
-                "G80 and a cycle in one line",
-                "write two lines",
-            ));
+            return Err(word.fault("G80 and a cycle in one line", "write two lines"));
         }
         self.cycle = None;
         if let Some(Motion::Cycle(_)) = self.motion {
@@ -274,13 +259,9 @@ impl State {
 /// The number of the system of G54.1 P.
 fn further_system(asked: &Asked<'_>, word: &Word) -> Result<Number, Fault> {
     let p = asked.word(b'P').map(whole).transpose()?;
-    let p = p.filter(|p| (1..=300).contains(p)).ok_or_else(|| {
-        Fault::new(
-            word.span(),
-            "G54.1 without P1 to P300",
-            "write the P of the system",
-        )
-    })?;
+    let p = p
+        .filter(|p| (1..=300).contains(p))
+        .ok_or_else(|| word.fault("G54.1 without P1 to P300", "write the P of the system"))?;
     Ok(100 + p as Number)
 }
 
@@ -295,9 +276,9 @@ fn unknown_m(word: &Word) -> Fault {
             "modes that are stored and brought back (M70 to M73) are not followed",
             "write the modes in the place of M72, and take M70 to M73 out",
         ),
-        Some(970 | 980 | 990) => {
-            Fault::new(word.span(), "a subprogram: the program computes", FLAT).kind(Kind::Flow)
-        }
+        Some(970 | 980 | 990) => word
+            .fault("a subprogram: the program computes", FLAT)
+            .kind(Kind::Flow),
         _ => unknown(
             word,
             "no M word that is known: it may move the machine",

@@ -1,6 +1,5 @@
 //! The motion of a line: straight moves, and what leads to arcs and cycles.
 
-use super::preconditions::{axis_span, first_axis};
 use super::{Asked, Step, bits};
 use crate::axes::{self, Position};
 use crate::codes::Code;
@@ -27,8 +26,7 @@ impl State {
             };
             if !stays {
                 let letter = axes::name(axis);
-                return Err(Fault::new(
-                    word.span(),
+                return Err(word.fault(
                     format!("the compensation has no axis {letter}, and it moves here"),
                     "give the compensation of the machine that the program is for",
                 ));
@@ -87,11 +85,7 @@ impl State {
         self.cycle = None;
         match asked.free {
             0 => Ok(()),
-            _ => Err(Fault::new(
-                word.span(),
-                "axes in a line with G80",
-                "write two lines",
-            )),
+            _ => Err(word.fault("axes in a line with G80", "write two lines")),
         }
     }
 
@@ -127,15 +121,13 @@ impl State {
         }
         // A full turn beside G43.1, whose words are not those of the arc.
         if asked.free == 0 && asked.axes & asked.rules.axes != 0 {
-            return Err(Fault::new(
-                axis_span(asked.block),
+            return Err(asked.fault(
                 "an arc in a line whose axes another word takes",
                 "write two lines",
             ));
         }
         let Some(motion) = motion else {
-            return Err(Fault::new(
-                axis_span(asked.block),
+            return Err(asked.fault(
                 "axes without a motion word, and none is active",
                 "write G0, G1, G2 or G3, or give the setup the active one: [start] motion = \"G0\"",
             ));
@@ -217,16 +209,10 @@ impl State {
             return alone(word);
         }
         if self.distance != Some(Distance::Absolute) {
-            return Err(Fault::new(
-                word.span(),
-                "G53 under G91",
-                "write G90 before it",
-            ));
+            return Err(word.fault("G53 under G91", "write G90 before it"));
         }
         if asked.rules.dialect.table().has_names && self.offsets.tool != [0.0; axes::COUNT] {
-            return Err(Fault::new(
-                word.span(),
-                "SUPA, G53 or G153 while a tool offset is active: whether it counts is a setting of the machine",
+            return Err(word.fault("SUPA, G53 or G153 while a tool offset is active: whether it counts is a setting of the machine",
                 "write D0 in the line",
             ));
         }
@@ -307,14 +293,13 @@ impl State {
         machine: bool,
     ) -> Result<Position, Fault> {
         let mut to = self.position;
-        let Some(first) = first_axis(asked.block) else {
+        let Some(first) = asked.block.first_axis() else {
             return Ok(to);
         };
         if machine {
             for axis in bits(words) {
                 if asked.rules.setup.wrapped[axis] == Some(true) {
-                    return Err(Fault::new(
-                        first.span(),
+                    return Err(first.fault(
                         format!("G53 with {}, which is wrapped", axes::name(axis)),
                         "turn it in a line without G53",
                     ));
@@ -372,8 +357,7 @@ impl State {
         let word = asked.word(axes::LETTERS[axis]);
         let own = word.filter(|word| word.distance.is_some());
         if let (Some(word), Some(true)) = (own, asked.rules.setup.wrapped[axis]) {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 format!("AC or IC of {}, which is wrapped", axes::name(axis)),
                 "write the angle alone, under G90",
             ));
@@ -395,11 +379,7 @@ impl State {
                 FeedMode::InverseTime => "a move without F under G93",
                 _ => "an unknown feed",
             };
-            return Err(Fault::new(
-                axis_span(asked.block),
-                cause,
-                "write F in this line or before it",
-            ));
+            return Err(asked.fault(cause, "write F in this line or before it"));
         };
         Ok(match self.feed_mode {
             FeedMode::InverseTime => Rate::Inverse(feed),
@@ -420,9 +400,5 @@ pub(crate) fn offset_in_doubt(span: std::ops::Range<usize>) -> Fault {
 
 /// G53 with what it does not hold with.
 fn alone(word: &Word) -> Result<(), Fault> {
-    Err(Fault::new(
-        word.span(),
-        "G53 without G0 or G1",
-        "write G0 or G1",
-    ))
+    Err(word.fault("G53 without G0 or G1", "write G0 or G1"))
 }

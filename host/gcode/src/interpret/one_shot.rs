@@ -30,8 +30,7 @@ impl State {
             Code::Shift(2) => self.offsets.g92 = [0.0; COUNT],
             Code::Shift(3) => {
                 self.offsets.g92 = self.offsets.g92_stored.ok_or_else(|| {
-                    Fault::new(
-                        word.span(),
+                    word.fault(
                         "the offsets that G92.3 restores are unknown",
                         "give LinuxCNC's parameters with --var, or write G92 in the program",
                     )
@@ -94,11 +93,7 @@ impl State {
             return Ok(());
         }
         if asked.axes == 0 {
-            return Err(Fault::new(
-                word.span(),
-                "G92 without axes",
-                "write the axes",
-            ));
+            return Err(word.fault("G92 without axes", "write the axes"));
         }
         self.not_both_shifts(asked, word, false)?;
         let at = self.offsets.program(&self.position.at);
@@ -121,8 +116,7 @@ impl State {
     /// G52: offsets as they are written, which the corrected program has too.
     fn local(&mut self, asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
         if asked.axes == 0 {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 "G52 without axes",
                 "write the axes; G52 X0 Y0 Z0 takes the offset back",
             ));
@@ -166,8 +160,7 @@ fn dwell(asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
     if times == 1 && bits(asked.axes).all(|axis| matches!(axes::LETTERS[axis], b'X' | b'U')) {
         return Ok(());
     }
-    Err(Fault::new(
-        word.span(),
+    Err(word.fault(
         "G4 waits for X, U or P, one of them alone",
         "write one time, and axes in another line",
     ))

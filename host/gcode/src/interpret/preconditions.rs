@@ -9,16 +9,6 @@ use crate::state::{Lost, Rules, State};
 use crate::words::{Block, Word};
 use std::ops::Range;
 
-/// The first word of an axis, or the line.
-pub(super) fn axis_span(block: &Block) -> Range<usize> {
-    first_axis(block).map_or(0..block.end, Word::span)
-}
-
-/// The first word of an axis.
-pub(super) fn first_axis(block: &Block) -> Option<&Word> {
-    block.words.iter().find(|w| axes::index(w.letter).is_some())
-}
-
 impl State {
     /// A position that is needed and not known.
     pub(crate) fn not_known(&self, rules: &Rules, word: &Word, axis: usize) -> Fault {
@@ -27,7 +17,7 @@ impl State {
 
     /// Like `not_known`, at the first word of an axis.
     pub(super) fn missing(&self, asked: &Asked<'_>, axis: usize) -> Fault {
-        self.position_not_known(asked.rules, axis_span(asked.block), axis)
+        self.position_not_known(asked.rules, asked.block.axis_span(), axis)
     }
 
     fn position_not_known(&self, rules: &Rules, span: Range<usize>, axis: usize) -> Fault {
@@ -50,8 +40,7 @@ impl State {
     pub(super) fn needs_system(&self, word: &Word) -> Result<&System, Fault> {
         self.offsets.active().ok_or_else(|| {
             let name = system_name(self.offsets.selected());
-            Fault::new(
-                word.span(),
+            word.fault(
                 format!("the offset of {name} is unknown"),
                 format!("give it in the setup: [offset.\"{name}\"] X = …, Y = …, Z = …"),
             )
@@ -72,8 +61,7 @@ impl State {
     /// G90 or G91, where it must be known.
     pub(super) fn needs_distance(&self, block: &Block) -> Result<Distance, Fault> {
         self.distance.ok_or_else(|| {
-            Fault::new(
-                axis_span(block),
+            block.fault(
                 "absolute or incremental is unknown here",
                 "write G90 or G91 before it",
             )
@@ -83,9 +71,7 @@ impl State {
     /// G98 or G99, where it must be known.
     pub(super) fn needs_retract(&self, block: &Block) -> Result<Retract, Fault> {
         self.retract.ok_or_else(|| {
-            Fault::new(
-                axis_span(block),
-                "a cycle, and neither G98 nor G99 before it: to which level it returns depends on the program that ran \
+            block.fault("a cycle, and neither G98 nor G99 before it: to which level it returns depends on the program that ran \
                  before",
                 "write G98 (to the level before the cycle) or G99 (to R) before it, or give the setup [start] retract",
             )

@@ -40,8 +40,7 @@ impl State {
         step.passed = Some("tool changes that move");
         self.not_with_tip(word)?;
         if asked.axes != 0 {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 "a tool change that moves the axes, in a line with words of axes",
                 "write two lines",
             ));
@@ -86,8 +85,7 @@ impl State {
             None => None,
         };
         let Some(number) = number else {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 "G43 without H: its tool is unknown",
                 "write H, or give the setup the tool in the spindle: [start] tool = …",
             ));
@@ -98,8 +96,7 @@ impl State {
                 return self.set_tool_offset(word, [0.0; COUNT], self.length);
             }
             (0, _) => {
-                return Err(Fault::new(
-                    word.span(),
+                return Err(word.fault(
                     "H0: that is the tool in the spindle, or none, as the tool changer is",
                     "write the number of the tool, or G49",
                 ));
@@ -107,8 +104,7 @@ impl State {
             _ => {}
         }
         let Some(offset) = self.tool_offset(number, asked.rules) else {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 format!("the length of tool {number} is unknown"),
                 format!("give it in the setup: [tool.{number}] length = …"),
             ));
@@ -133,16 +129,13 @@ impl State {
     /// The offset of the tool in the spindle holds.
     fn offset_of_spindle(&mut self, word: &Word, rules: &Rules) -> Result<(), Fault> {
         let Some(tool) = self.tool else {
-            return Err(Fault::new(
-                word.span(),
+            return Err(word.fault(
                 "the tool in the spindle is unknown",
                 "write T and M6 before it, or give the setup [start] tool = …",
             ));
         };
         let Some(offset) = self.tool_offset(tool, rules) else {
-            return Err(Fault::new(
-                word.span(),
-                "the length of the tool in the spindle is unknown",
+            return Err(word.fault("the length of the tool in the spindle is unknown",
                 "give it in the setup, by its number or name: [tool.1] length = …, or [tool.\"MILL 10\"]",
             ));
         };

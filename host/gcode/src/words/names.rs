@@ -7,101 +7,51 @@ use crate::fault::{FLAT, Fault, Kind};
 use crate::modal::Distance;
 
 /// Nothing that positions depend on: how smoothly it goes, messages, looking ahead, the spindle.
-const NEUTRAL: [&str; 42] = [
-    "MSG",
-    "STOPRE",
-    "SOFT",
-    "BRISK",
-    "FFWON",
-    "FFWOF",
-    "COMPCAD",
-    "COMPON",
-    "COMPCURV",
-    "COMPOF",
-    "COMPSURF",
-    "CYCLE832",
-    "FIFOCTRL",
-    "UPATH",
-    "SPATH",
-    "SETMS",
-    "SPOS",
-    "SPOSA",
-    "LIMS",
-    "CFC",
-    "CFIN",
-    "CFTCP",
-    "WORKPIECE",
-    "ADIS",
-    "ADISPOS",
-    "ORIAXES",
-    "ORISOF",
-    "DYNNORM",
-    "DYNPOS",
-    "DYNROUGH",
-    "DYNSEMIFIN",
-    "DYNFINISH",
-    "DYNPREC",
-    "CTOL",
-    "OTOL",
-    "ATOL",
-    "FNORM",
-    "RTLION",
-    "RTLIOF",
-    "CUT2D",
-    "WALIMON",
-    "WALIMOF",
-];
+const NEUTRAL: &str = "MSG STOPRE SOFT BRISK FFWON FFWOF COMPCAD COMPON COMPCURV COMPOF COMPSURF CYCLE832 FIFOCTRL UPATH \
+    SPATH SETMS SPOS SPOSA LIMS CFC CFIN CFTCP WORKPIECE ADIS ADISPOS ORIAXES ORISOF DYNNORM DYNPOS \
+    DYNROUGH DYNSEMIFIN DYNFINISH DYNPREC CTOL OTOL ATOL FNORM RTLION RTLIOF CUT2D WALIMON WALIMOF";
 
 /// Frames, which nothing but an end of them may name.
-const FRAMES: [&str; 9] = [
-    "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "ROTS",
-];
+const FRAMES: &str = "TRANS ATRANS ROT AROT SCALE ASCALE MIRROR AMIRROR ROTS";
 
 /// Corners, angles and poles, from which the controller computes the path.
-const CORNERS: [&str; 7] = ["RND", "RNDM", "CHF", "CHR", "ANG", "AP", "RP"];
+const CORNERS: &str = "RND RNDM CHF CHR ANG AP RP";
 
 /// Paths that are neither lines nor arcs by their end, moves that measure, and offsets of the path.
-const PATHS: [&str; 12] = [
-    "CIP", "CT", "TURN", "ASPLINE", "BSPLINE", "CSPLINE", "POLY", "INVCW", "INVCCW", "OFFN",
-    "MEAS", "MEAW",
-];
+const PATHS: &str = "CIP CT TURN ASPLINE BSPLINE CSPLINE POLY INVCW INVCCW OFFN MEAS MEAW";
 
 /// What computes or jumps.
-const FLOW: [&str; 18] = [
-    "DEF", "PROC", "EXTERN", "CALL", "PCALL", "MCALL", "IF", "ELSE", "ENDIF", "FOR", "ENDFOR",
-    "WHILE", "ENDWHILE", "LOOP", "GOTO", "GOTOF", "GOTOB", "REPEAT",
+const FLOW: &str = "DEF PROC EXTERN CALL PCALL MCALL IF ELSE ENDIF FOR ENDFOR WHILE ENDWHILE LOOP GOTO GOTOF GOTOB \
+    REPEAT";
+
+/// Names that are not followed, why, and what to post instead.
+const UNFOLLOWED: [(&str, &str, &str); 4] = [
+    (
+        FRAMES,
+        "a frame: coordinates that are moved, turned, scaled or mirrored are not followed",
+        "post the part in G54 to G57 alone",
+    ),
+    (
+        "CYCLE800 PLANE",
+        "CYCLE800: a swivelled plane is not followed",
+        "post the part with TRAORI, or as three-axis moves for each position of the rotary axes",
+    ),
+    (
+        CORNERS,
+        "the control computes the path from corners, angles or poles, and that is not followed",
+        "post the path with G1, G2 and G3 and coordinates",
+    ),
+    (
+        PATHS,
+        "a path other than G0 to G3 is not followed",
+        "post the path with G1, G2 and G3",
+    ),
 ];
 
-const OTHER_PATH: (&str, &str) = (
-    "a path other than G0 to G3 is not followed",
-    "post the path with G1, G2 and G3",
-);
-
-/// Names that are not followed: why, and what to post instead.
-const UNFOLLOWED: [(&[&str], (&str, &str)); 4] = [
-    (
-        &FRAMES,
-        (
-            "a frame: coordinates that are moved, turned, scaled or mirrored are not followed",
-            "post the part in G54 to G57 alone",
-        ),
-    ),
-    (
-        &["CYCLE800", "PLANE"],
-        (
-            "CYCLE800: a swivelled plane is not followed",
-            "post the part with TRAORI, or as three-axis moves for each position of the rotary axes",
-        ),
-    ),
-    (
-        &CORNERS,
-        (
-            "the control computes the path from corners, angles or poles, and that is not followed",
-            "post the path with G1, G2 and G3 and coordinates",
-        ),
-    ),
-    (&PATHS, OTHER_PATH),
-];
+/// True for one of several names.
+fn is_among(names: &str, name: &str) -> bool {
+    names.split(' ').any(|one| one == name)
+}
 
 /// A tool's name as the number by which it is known here: beyond those that programs write.
 #[must_use]
@@ -150,7 +100,7 @@ impl Block {
         }
         match name.as_str() {
             "SUPA" => self.add(Word::meant(b'G', 53.0, start, start + length)),
-            name if NEUTRAL.contains(&name) || self.ends_frame(name, &line[end..]) => {
+            name if is_among(NEUTRAL, name) || self.ends_frame(name, &line[end..]) => {
                 self.has_text = true;
                 Ok(end)
             }
@@ -164,7 +114,7 @@ impl Block {
     /// True for the name of a frame alone in its line, whatever its number.
     fn ends_frame(&self, name: &str, behind: &[u8]) -> bool {
         let mut behind = behind.iter().take_while(|b| **b != b';');
-        FRAMES.contains(&name)
+        is_among(FRAMES, name)
             && behind.all(u8::is_ascii_whitespace)
             && self.words.iter().all(|w| w.letter == b'N')
     }
@@ -233,25 +183,27 @@ impl Block {
 
 /// Why a name cannot be read.
 fn unfollowed(name: &str, is_label: bool, span: std::ops::Range<usize>) -> Fault {
-    let known = UNFOLLOWED.iter().find(|(names, _)| names.contains(&name));
-    let (cause, remedy) = if let Some((_, why)) = known {
-        *why
-    } else if ["CYCLE", "POCKET", "HOLES"]
-        .iter()
-        .any(|cycle| name.starts_with(cycle))
-    {
-        (
+    let mut known = UNFOLLOWED.into_iter();
+    let known = known.find(|(names, ..)| is_among(names, name));
+    let is_cycle = || {
+        ["CYCLE", "POCKET", "HOLES"]
+            .iter()
+            .any(|cycle| name.starts_with(cycle))
+    };
+    let (cause, remedy) = match known {
+        Some((_, cause, remedy)) => (cause, remedy),
+        None if is_cycle() => (
             "a cycle of a Sinumerik is not read",
             "post cycles as single moves: G0 and G1",
-        )
-    } else if FLOW.contains(&name) || is_label {
-        let cause = "a jump, a loop or a subprogram: the program computes";
-        return Fault::new(span, cause, FLAT).kind(Kind::Flow);
-    } else {
-        (
+        ),
+        None if is_among(FLOW, name) || is_label => {
+            let cause = "a jump, a loop or a subprogram: the program computes";
+            return Fault::new(span, cause, FLAT).kind(Kind::Flow);
+        }
+        None => (
             "no word of a Sinumerik that is known",
             "check --dialect, or take it out if it moves nothing",
-        )
+        ),
     };
     Fault::new(span, cause, remedy).kind(Kind::Word)
 }

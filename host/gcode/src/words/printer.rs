@@ -116,8 +116,7 @@ impl Block {
         };
         let axis = |word: &&Word| axes::index(word.letter).is_some();
         match self.words.iter().find(axis) {
-            Some(axis) if !first.is_some_and(takes_axes) => Err(Fault::new(
-                axis.span(),
+            Some(axis) if !first.is_some_and(takes_axes) => Err(axis.fault(
                 "an axis beside a command that moves none: firmwares do not move it",
                 "write the move in a line of its own, with G0 or G1",
             )),

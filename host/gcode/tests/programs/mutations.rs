@@ -5,7 +5,7 @@ use trueaxis_gcode::check::{CheckError, CheckResult, Corrected, check};
 use trueaxis_gcode::line_map::{Entry, LineMap, Role};
 use trueaxis_gcode::offsets::System;
 use trueaxis_gcode::{Corrector, Options, Rules, Tables, stream};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
 
 /// Moves that are divided, reversals, arcs, an offset, cycles, feeds that change, modes and words M.
 const PROGRAM: &str = "G21 G90 G17 G94 G54 G98 F600

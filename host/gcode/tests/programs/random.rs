@@ -16,8 +16,8 @@ use trueaxis_gcode::stream::StreamError;
 use trueaxis_gcode::{Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile;
-use trueaxis_tables::validate::Runtime;
 
 /// A machine with what its programs are corrected with.
 pub struct Bench {

@@ -18,7 +18,10 @@ pub struct Covariance {
 impl Covariance {
     /// With additional parameters that have known standard uncertainties but no known correlations.
     #[must_use]
-    pub fn with_uncorrelated(mut self, others: impl Iterator<Item = (Parameter, f64)>) -> Self {
+    pub(crate) fn with_uncorrelated(
+        mut self,
+        others: impl Iterator<Item = (Parameter, f64)>,
+    ) -> Self {
         let known = self.parameters.len();
         let (more, uncertainties): (Vec<Parameter>, Vec<f64>) = others.unzip();
         self.parameters.extend(more);

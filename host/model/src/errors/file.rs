@@ -446,38 +446,32 @@ impl ErrorModel {
                 p.component == component && p.axis == letter && p.kind != ParameterKind::Inter
             })
         };
-        let mut parts = Vec::new();
-        for (name, value) in &file.parameters {
-            if let Some(p) = of(name) {
-                parts.push(MotionPart {
-                    name: p.to_string(),
-                    span: value.span(),
-                    kind: PartKind::Coefficient(p.kind, *value.get_ref()),
-                });
-            }
-        }
-        for (name, span, entry) in file.changes() {
-            if let Some(p) = of(name) {
-                let kelvin = self.largest_kelvin(entry);
-                parts.push(MotionPart {
-                    name: format!("the thermal change of {p}"),
-                    span,
-                    kind: PartKind::Change(p.kind, entry.per_kelvin * kelvin),
-                });
-            }
-        }
-        if let Some(table) = &self.motions[index][component].table {
-            for (name, entry) in &file.tabulated {
-                if Parameter::parse_motion(name.get_ref()) == Some((component, letter)) {
-                    parts.push(MotionPart {
-                        name: name.get_ref().clone(),
-                        span: entry.get_ref().place(entry),
-                        kind: PartKind::Table(table),
-                    });
-                }
-            }
-        }
-        parts
+        let coefficients = file.parameters.iter().filter_map(|(name, value)| {
+            let p = of(name)?;
+            Some(MotionPart {
+                name: p.to_string(),
+                span: value.span(),
+                kind: PartKind::Coefficient(p.kind, *value.get_ref()),
+            })
+        });
+        let changes = file.changes().filter_map(|(name, span, entry)| {
+            let p = of(name)?;
+            Some(MotionPart {
+                name: format!("the thermal change of {p}"),
+                span,
+                kind: PartKind::Change(p.kind, entry.per_kelvin * self.largest_kelvin(entry)),
+            })
+        });
+        let tables = file.tabulated.iter().filter_map(|(name, entry)| {
+            let table = self.motions[index][component].table.as_ref()?;
+            let motion = Parameter::parse_motion(name.get_ref());
+            (motion == Some((component, letter))).then(|| MotionPart {
+                name: name.get_ref().clone(),
+                span: entry.get_ref().place(entry),
+                kind: PartKind::Table(table),
+            })
+        });
+        coefficients.chain(changes).chain(tables).collect()
     }
 }
 

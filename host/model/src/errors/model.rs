@@ -191,7 +191,7 @@ impl ErrorModel {
     /// The standard uncertainty (mm or rad) of a tabulated motion of an axis (by index) at its position `q` (mm or
     /// rad). Values are independent of each other, in each direction. 0 if none is given.
     #[must_use]
-    pub fn table_uncertainty_at(
+    pub(crate) fn table_uncertainty_at(
         &self,
         index: usize,
         component: usize,

@@ -42,100 +42,144 @@ pub fn subject(alone: &SingleEntry<'_>) -> String {
 /// The reading of the instrument and where it is taken.
 #[must_use]
 pub fn reading(alone: &SingleEntry<'_>, reading: &InstrumentReading) -> String {
-    let machine = alone.machine;
-    let letter = |axis: usize| machine.axes[axis].letter.char();
-    let moved = reading.moved.map_or(' ', letter);
-    let warm = match alone.said {
-        EntryKind::PerKelvin { .. } => "1 K warmer, ",
-        _ => "",
-    };
-    let value = match reading.sense {
-        Sense::In(_) => format!("{} µm", signed(reading.value * 1e3)),
-        _ => format!("{} µrad", signed(reading.value * 1e6)),
-    };
-    let sense = match reading.sense {
-        Sense::In(axis) => format!(" in {}", letter(axis)),
-        Sense::From(a, b) => format!(" from +{} towards +{}", letter(a), letter(b)),
-        Sense::About(_) => String::new(),
-    };
-    let place = |state: &BenchState| match reading.moved {
-        Some(axis) => place(machine, axis, state.q[axis]),
-        None => everywhere(machine, state),
-    };
-    let (at, from) = (place(&reading.to), place(&reading.from));
-    let zeroed = match reading.moved {
-        Some(axis) if reading.from.q[axis] != 0.0 => format!(", zero at {from},"),
-        _ => String::new(),
-    };
-    if alone.nature() == Nature::Reversal {
-        let device = match (reading.instrument, reading.sense) {
-            (BenchInstrument::Calibrator, _) => "a rotary calibrator".to_owned(),
-            (BenchInstrument::Angle, _) => "an angle laser or level".to_owned(),
-            (_, Sense::In(axis)) => format!("a dial or laser along {}", letter(axis)),
-            _ => "a dial".to_owned(),
-        };
-        let sense = match reading.sense {
-            Sense::From(..) => sense,
-            _ => String::new(),
-        };
-        return format!(
-            "{device} reads {value}{sense} after positive less after negative travel of {moved}, at {at}"
-        );
+    let words = ReadingWords::new(alone.machine, reading);
+    match alone.said {
+        _ if alone.nature() == Nature::Reversal => words.reversal(),
+        EntryKind::PerKelvin { .. } => format!("1 K warmer, {}", words.text()),
+        _ => words.text(),
     }
-    let text = match reading.instrument {
-        BenchInstrument::Laser => format!("a laser along {moved}{zeroed} reads {value} at {at}"),
-        BenchInstrument::Straightedge { ends } => {
-            let [a, b] = ends.map(|end| self::place(machine, reading.moved.unwrap_or(0), end));
-            format!(
-                "a dial along a straightedge in {moved}, zero at {a} and {b}, reads {value}{sense} at {at}"
-            )
+}
+
+/// What the sentences about a reading have in common.
+struct ReadingWords<'a> {
+    machine: &'a Machine,
+    reading: &'a InstrumentReading,
+    /// The moved axis, or a space.
+    moved: char,
+    value: String,
+    /// The direction in which an instrument reads, with a space before it.
+    sense: String,
+    at: String,
+    from: String,
+    /// Where the instrument is set to zero, unless the moved axis is at zero there.
+    zeroed: String,
+}
+
+impl<'a> ReadingWords<'a> {
+    fn new(machine: &'a Machine, reading: &'a InstrumentReading) -> Self {
+        let letter = |axis: usize| machine.axes[axis].letter.char();
+        let place = |state: &BenchState| match reading.moved {
+            Some(axis) => place(machine, axis, state.q[axis]),
+            None => everywhere(machine, state),
+        };
+        let from = place(&reading.from);
+        Self {
+            machine,
+            reading,
+            moved: reading.moved.map_or(' ', letter),
+            value: match reading.sense {
+                Sense::In(_) => format!("{} µm", signed(reading.value * 1e3)),
+                _ => format!("{} µrad", signed(reading.value * 1e6)),
+            },
+            sense: match reading.sense {
+                Sense::In(axis) => format!(" in {}", letter(axis)),
+                Sense::From(a, b) => format!(" from +{} towards +{}", letter(a), letter(b)),
+                Sense::About(_) => String::new(),
+            },
+            at: place(&reading.to),
+            zeroed: match reading.moved {
+                Some(axis) if reading.from.q[axis] != 0.0 => format!(", zero at {from},"),
+                _ => String::new(),
+            },
+            from,
         }
-        BenchInstrument::Square => format!(
-            "a square on the table, dial moved along {moved}, reads {value} per {REACH} mm{sense}"
+    }
+
+    /// The difference between both directions of travel.
+    fn reversal(&self) -> String {
+        let device = reversal_device(self.machine, self.reading);
+        let sense = match self.reading.sense {
+            Sense::From(..) => &self.sense,
+            _ => "",
+        };
+        format!(
+            "{device} reads {}{sense} after positive less after negative travel of {}, at {}",
+            self.value, self.moved, self.at
+        )
+    }
+
+    fn text(&self) -> String {
+        let (machine, moved) = (self.machine, self.moved);
+        let (at, from, zeroed) = (&self.at, &self.from, &self.zeroed);
+        let (value, sense) = (&self.value, &self.sense);
+        match self.reading.instrument {
+            BenchInstrument::Laser => {
+                format!("a laser along {moved}{zeroed} reads {value} at {at}")
+            }
+            BenchInstrument::Straightedge { ends } => {
+                let [a, b] = ends.map(|end| place(machine, self.reading.moved.unwrap_or(0), end));
+                format!(
+                    "a dial along a straightedge in {moved}, zero at {a} and {b}, reads {value}{sense} at {at}"
+                )
+            }
+            BenchInstrument::Square => format!(
+                "a square on the table, dial moved along {moved}, reads {value} per {REACH} mm{sense}"
+            ),
+            BenchInstrument::Angle => {
+                let rotary = |axis: usize| machine.axes[axis].letter.is_rotary();
+                let way = match self.reading.moved {
+                    None => format!(", zero at {from},"),
+                    Some(axis) if rotary(axis) => format!(" on {moved}{zeroed}"),
+                    Some(_) => format!(" along {moved}{zeroed}"),
+                };
+                format!("an angle laser or level{way} reads {value}{sense} at {at}")
+            }
+            BenchInstrument::Calibrator => {
+                format!("a rotary calibrator on {moved}{zeroed} reads {value} at {at}")
+            }
+            BenchInstrument::Ball { place } => {
+                let ball = ball(machine, moved, place);
+                format!("{ball}, reads {value}{sense} from {moved} = {from} to {at}")
+            }
+            BenchInstrument::Tram => {
+                let side = match self.reading.sense {
+                    Sense::In(axis) => machine.axes[axis].letter.char(),
+                    _ => ' ',
+                };
+                format!(
+                    "a dial on an arm of {REACH} mm in the spindle, swept over the table, reads {value} more at +{side} than at −{side}"
+                )
+            }
+            BenchInstrument::Probe => {
+                format!("the tip, zero at {from}, is off by {value}{sense} at {at}")
+            }
+        }
+    }
+}
+
+/// What shows a difference between both directions of travel.
+fn reversal_device(machine: &Machine, reading: &InstrumentReading) -> String {
+    match (reading.instrument, reading.sense) {
+        (BenchInstrument::Calibrator, _) => "a rotary calibrator".to_owned(),
+        (BenchInstrument::Angle, _) => "an angle laser or level".to_owned(),
+        (_, Sense::In(axis)) => {
+            let letter = machine.axes[axis].letter.char();
+            format!("a dial or laser along {letter}")
+        }
+        _ => "a dial".to_owned(),
+    }
+}
+
+/// A ball in or around a moved axis, and its indicator.
+fn ball(machine: &Machine, moved: char, place: BallPlacement) -> String {
+    match place {
+        BallPlacement::OnAxis => format!("a ball on the axis of {moved}, indicator in the spindle"),
+        BallPlacement::Away(axis) => format!(
+            "a ball {REACH} mm in +{} from the axis of {moved}, indicator in the spindle",
+            machine.axes[axis].letter.char()
         ),
-        BenchInstrument::Angle if reading.moved.is_none() => {
-            format!("an angle laser or level, zero at {from}, reads {value}{sense} at {at}")
-        }
-        BenchInstrument::Angle => {
-            let rotary = |axis: usize| machine.axes[axis].letter.is_rotary();
-            let on = match reading.moved.is_some_and(rotary) {
-                true => "on",
-                false => "along",
-            };
-            format!("an angle laser or level {on} {moved}{zeroed} reads {value}{sense} at {at}")
-        }
-        BenchInstrument::Calibrator => {
-            format!("a rotary calibrator on {moved}{zeroed} reads {value} at {at}")
-        }
-        BenchInstrument::Ball { place } => {
-            let ball = match place {
-                BallPlacement::OnAxis => {
-                    format!("a ball on the axis of {moved}, indicator in the spindle")
-                }
-                BallPlacement::Away(axis) => format!(
-                    "a ball {REACH} mm in +{} from the axis of {moved}, indicator in the spindle",
-                    letter(axis)
-                ),
-                BallPlacement::Tip => {
-                    "a ball on the table, indicator in the spindle kept on it".to_owned()
-                }
-            };
-            format!("{ball}, reads {value}{sense} from {moved} = {from} to {at}")
-        }
-        BenchInstrument::Tram => {
-            let side = match reading.sense {
-                Sense::In(axis) => letter(axis),
-                _ => ' ',
-            };
-            format!(
-                "a dial on an arm of {REACH} mm in the spindle, swept over the table, reads {value} more at +{side} than at −{side}"
-            )
-        }
-        BenchInstrument::Probe => {
-            format!("the tip, zero at {from}, is off by {value}{sense} at {at}")
-        }
-    };
-    format!("{warm}{text}")
+        BallPlacement::Tip => "a ball on the table, indicator in the spindle kept on it".to_owned(),
+    }
 }
 
 /// `+100 mm`.

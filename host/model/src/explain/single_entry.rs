@@ -50,17 +50,26 @@ pub struct SingleEntry<'a> {
 }
 
 impl<'a> SingleEntry<'a> {
-    /// All entries of an error file, axis by axis in the order of the machine, the spindle last.
-    #[must_use]
-    pub fn all(machine: &'a Machine, errors: &'a ErrorModel) -> Vec<Self> {
-        let mut all: Vec<Self> = Vec::new();
-        let new = |parameter: Parameter, said| Self {
+    fn new(
+        machine: &'a Machine,
+        errors: &'a ErrorModel,
+        parameter: Parameter,
+        said: EntryKind,
+    ) -> Self {
+        Self {
             machine,
             parameter,
             said,
             range: range(machine, errors, parameter),
             table: None,
-        };
+        }
+    }
+
+    /// All entries of an error file, axis by axis in the order of the machine, the spindle last.
+    #[must_use]
+    pub fn all(machine: &'a Machine, errors: &'a ErrorModel) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        let new = |parameter: Parameter, said| Self::new(machine, errors, parameter, said);
         let parameters = errors.parameters.iter();
         all.extend(parameters.map(|(p, value)| new(*p, EntryKind::Parameter(*value))));
         let sensor = |sensor: usize| errors.sensors.get(sensor).map(Thermal::name);
@@ -68,39 +77,31 @@ impl<'a> SingleEntry<'a> {
             let sensor = sensor(index).unwrap_or_default();
             new(parameter, EntryKind::PerKelvin { per_kelvin, sensor })
         };
+        let parameter = |index: usize, component: usize, kind| Parameter {
+            component,
+            axis: letter(machine, index),
+            kind,
+        };
         for change in &errors.inter_thermal {
-            let parameter = Parameter {
-                component: change.component,
-                axis: letter(machine, change.index),
-                kind: ParameterKind::Inter,
-            };
+            let parameter = parameter(change.index, change.component, ParameterKind::Inter);
             all.push(changed(parameter, change.sensor, change.per_kelvin));
         }
         for index in 0..machine.axes.len() {
             for (component, motion) in errors.motions[index].iter().enumerate() {
-                let parameter = |kind| Parameter {
-                    component,
-                    axis: letter(machine, index),
-                    kind,
-                };
                 for change in &motion.thermal {
-                    all.push(changed(
-                        parameter(change.kind),
-                        change.sensor,
-                        change.per_kelvin,
-                    ));
+                    let parameter = parameter(index, component, change.kind);
+                    all.push(changed(parameter, change.sensor, change.per_kelvin));
                 }
-                if let Some(table) = &motion.table {
-                    let degree_0 = parameter(ParameterKind::Degree(0));
-                    let kinds = match table.negative {
-                        Some(_) => [Some(EntryKind::Table), Some(EntryKind::TableReversal)],
-                        None => [Some(EntryKind::Table), None],
-                    };
-                    all.extend(kinds.into_iter().flatten().map(|said| Self {
-                        table: Some(table),
-                        ..new(degree_0, said)
-                    }));
-                }
+                let degree_0 = parameter(index, component, ParameterKind::Degree(0));
+                let kinds = match motion.table.as_ref().map(|table| &table.negative) {
+                    Some(Some(_)) => vec![EntryKind::Table, EntryKind::TableReversal],
+                    Some(None) => vec![EntryKind::Table],
+                    None => Vec::new(),
+                };
+                all.extend(kinds.into_iter().map(|said| Self {
+                    table: motion.table.as_ref(),
+                    ..new(degree_0, said)
+                }));
             }
         }
         all.sort_by_key(Self::index);

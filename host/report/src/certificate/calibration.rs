@@ -174,14 +174,9 @@ impl CalibrationRecord {
             ..Self::default()
         };
         for entry in file.instrument {
-            let entry = entry.into_inner();
-            calibration.instruments.push(InstrumentRecord {
-                name: short(entry.name, LONGEST)?,
-                serial_number: text(entry.serial_number)?,
-                certificate: text(entry.certificate)?,
-                valid_until: date(entry.valid_until)?,
-                celsius: entry.celsius.map(celsius).transpose()?,
-            });
+            calibration
+                .instruments
+                .push(instrument(entry.into_inner())?);
         }
         for entry in file.temperature {
             let entry = entry.into_inner();
@@ -196,6 +191,16 @@ impl CalibrationRecord {
         }
         Ok(calibration)
     }
+}
+
+fn instrument(entry: InstrumentEntry) -> Result<InstrumentRecord, FileError> {
+    Ok(InstrumentRecord {
+        name: short(entry.name, LONGEST)?,
+        serial_number: optional(entry.serial_number, LONGEST)?,
+        certificate: optional(entry.certificate, LONGEST)?,
+        valid_until: date(entry.valid_until)?,
+        celsius: entry.celsius.map(celsius).transpose()?,
+    })
 }
 
 fn few<T>(all: &[Spanned<T>], most: usize, what: &str) -> Result<(), FileError> {
@@ -216,7 +221,7 @@ fn few<T>(all: &[Spanned<T>], most: usize, what: &str) -> Result<(), FileError> 
 fn short(text: Spanned<String>, longest: usize) -> Result<String, FileError> {
     let span = text.span();
     let text = text.into_inner();
-    let bad = |message: String, remedy: &str| Err(FileError::at(span, message, "here", remedy));
+    let bad = |message: String, remedy: &str| Err(FileError::here(span, message, remedy));
     if text.trim().is_empty() {
         return bad(
             "this text is empty".to_owned(),
@@ -251,10 +256,9 @@ fn uncertainty(um: Option<Spanned<f64>>) -> Result<Option<f64>, FileError> {
     let number = *um.get_ref();
     match number > 0.0 && number < 1e3 {
         true => Ok(Some(number)),
-        false => Err(FileError::at(
+        false => Err(FileError::here(
             um.span(),
             format!("{number} µm is not a standard uncertainty"),
-            "here",
             "write it in µm, above 0: 0.3. Leave it out if it is unknown",
         )),
     }
@@ -265,10 +269,9 @@ fn celsius(range: Spanned<Exactly<2>>) -> Result<[f64; 2], FileError> {
     // Below any workshop and above any: a Fahrenheit or kelvin scale, or a slip.
     match (-40.0..=100.0).contains(&low) && (low..=100.0).contains(&high) {
         true => Ok([low, high]),
-        false => Err(FileError::at(
+        false => Err(FileError::here(
             range.span(),
             format!("{low} to {high} °C is not a range of temperatures in a workshop"),
-            "here",
             "write the lowest and the highest in °C: [19.8, 20.6]",
         )),
     }
@@ -279,7 +282,7 @@ fn limit(entry: Spanned<LimitEntry>, machine: &Machine) -> Result<Limit, FileErr
     let entry = entry.into_inner();
     let span = entry.quantity.span();
     let quantity = Quantity::parse(entry.quantity.get_ref(), machine)
-        .map_err(|(message, remedy)| FileError::at(span, message, "here", remedy))?;
+        .map_err(|(message, remedy)| FileError::here(span, message, remedy))?;
     let quantity = in_zone(quantity, entry.zone)?;
     let given = [
         ("um", entry.um),
@@ -298,16 +301,12 @@ fn limit(entry: Spanned<LimitEntry>, machine: &Machine) -> Result<Limit, FileErr
         }
     };
     let number = *at_most.get_ref();
+    let bad = |message: String| Err(missing(at_most.span(), &message, &write));
     if !keys.contains(&key) {
-        let message = format!("`{}` is not in {key}", entry.quantity.get_ref());
-        return Err(missing(at_most.span(), &message, &write));
+        return bad(format!("`{}` is not in {key}", entry.quantity.get_ref()));
     }
     if !(number > 0.0 && number < 1e6) {
-        return Err(missing(
-            at_most.span(),
-            &format!("{number} is not a limit"),
-            &write,
-        ));
+        return bad(format!("{number} is not a limit"));
     }
     Ok(Limit {
         test: optional(entry.test, LONGEST)?,
@@ -323,7 +322,7 @@ fn in_zone(quantity: Quantity, zone: Option<Spanned<String>>) -> Result<Quantity
         return Ok(quantity);
     };
     let (span, name) = (zone.span(), zone.into_inner());
-    let bad = |message: String, remedy: &str| Err(FileError::at(span, message, "here", remedy));
+    let bad = |message: String, remedy: &str| Err(FileError::here(span, message, remedy));
     let probed = quantity.in_probed_zone();
     match (name.as_str(), probed) {
         ("probed", Some(probed)) => Ok(probed),
@@ -343,5 +342,5 @@ fn in_zone(quantity: Quantity, zone: Option<Spanned<String>>) -> Result<Quantity
 }
 
 fn missing(span: Range<usize>, message: &str, remedy: &str) -> FileError {
-    FileError::at(span, message, "here", remedy)
+    FileError::here(span, message, remedy)
 }

@@ -9,12 +9,12 @@ use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use trueaxis_measure::simulate::normal;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::numbers::normal;
 use trueaxis_model::parallel;
-use trueaxis_tables::uncertainty::{MISFIT_MEAN, MISFIT_P95, TURN_MEAN, TURN_P95, probed_zone};
-use trueaxis_tables::validate::{Command, Region, Statistics, random_commands};
+use trueaxis_model::uncertainty::{MISFIT_MEAN, MISFIT_P95, TURN_MEAN, TURN_P95, probed_zone};
+use trueaxis_model::validate::{Command, Region, Statistics, random_commands};
 
 /// Number of drawn machines: the ends of a 95 % interval are then those of 94 to 96 %.
 pub(crate) const DRAWS: usize = 1000;
@@ -87,22 +87,26 @@ pub(crate) fn expected(
         return Ok(all.map(known).collect());
     }
     let found = parallel::try_map(&drawn, of)?;
-    let one = |k: usize| {
+    let one = |(k, quantity): (usize, &Quantity)| {
         let all: Option<Vec<SampledValue>> = found.iter().map(|values| values[k]).collect();
-        let mut found = summary(&all?);
-        let misfit = subject.errors.misfit.unwrap_or(0.0) * 1e3;
-        let turn = subject.errors.misfit_of_direction.unwrap_or(0.0) * 1e6;
-        let by = by_displacement(&quantities[k], libm::hypot(misfit, stated_um), turn);
-        // The uncertainty of the parameters does not include errors outside the model.
-        let is_known = !matches!(quantities[k], Quantity::Volumetric { at_tip: false, .. })
-            || subject.errors.is_direction_measured();
-        found.interval = found
-            .interval
-            .filter(|_| is_known)
-            .map(|[low, high]| [(low - by).max(0.0), high + by]);
-        Some(found)
+        Some(widened(summary(&all?), quantity, subject.errors, stated_um))
     };
-    Ok((0..quantities.len()).map(one).collect())
+    Ok(quantities.iter().enumerate().map(one).collect())
+}
+
+/// Widens an interval by errors that the model lacks and what readings do not show; none for a direction not measured.
+fn widened(found: Expected, quantity: &Quantity, errors: &ErrorModel, stated_um: f64) -> Expected {
+    let misfit = errors.misfit.unwrap_or(0.0) * 1e3;
+    let turn = errors.misfit_of_direction.unwrap_or(0.0) * 1e6;
+    let by = by_displacement(quantity, libm::hypot(misfit, stated_um), turn);
+    // The uncertainty of the parameters does not include errors outside the model.
+    let is_known = !matches!(quantity, Quantity::Volumetric { at_tip: false, .. })
+        || errors.is_direction_measured();
+    let known = found.interval.filter(|_| is_known);
+    Expected {
+        interval: known.map(|[low, high]| [(low - by).max(0.0), high + by]),
+        ..found
+    }
 }
 
 /// True if an error alone changes a quantity of an otherwise perfect machine.
@@ -260,40 +264,41 @@ fn values(
                 false => SampledValue::p95(all),
             }
         }),
+        _ => test_result(&tests, quantity).map(SampledValue::exact),
+    };
+    Ok(quantities.iter().map(of).collect())
+}
+
+/// The result (µm) of a test of the machine, with the tables if it has any.
+fn test_result(tests: &Tests, quantity: &Quantity) -> Option<f64> {
+    match quantity {
         Quantity::Circle(what, plane) => {
             let plane: String = plane.iter().collect();
             let test = tests.circles.iter().find(|test| test.plane == plane)?;
             let found: &CircleFound = test.after.as_ref().unwrap_or(&test.before);
-            Some(SampledValue::exact(match what {
+            let radial = found.radial_um.iter();
+            Some(match what {
                 'G' => found.deviation_um,
-                'F' => found
-                    .radial_um
-                    .iter()
-                    .fold(0.0, |most, r| r.abs().max(most)),
+                'F' => radial.fold(0.0, |most, r| r.abs().max(most)),
                 _ => found.hysteresis_um,
-            }))
+            })
         }
         Quantity::Positioning(what, axis) => {
             let test = tests.positioning.iter().find(|test| test.axis == *axis)?;
             let found: &PositioningFound = test.after.as_ref().unwrap_or(&test.before);
-            let found = match what {
+            match what {
                 'E' => found.systematic_um,
                 'M' => found.mean_range_um,
                 _ => found.reversal_um,
-            };
-            found.map(SampledValue::exact)
+            }
         }
         Quantity::Diagonal(_) => {
             let name = quantity.name().replace("E ", "").replace('-', "−");
             let test = tests.diagonals.iter().find(|test| test.name == name)?;
-            let found = test
-                .systematic_after_um
-                .unwrap_or(test.systematic_before_um);
-            Some(SampledValue::exact(found))
+            test.systematic_after_um.or(Some(test.systematic_before_um))
         }
-        Quantity::Parameter(_) | Quantity::Validation { .. } => None,
-    };
-    Ok(quantities.iter().map(of).collect())
+        Quantity::Volumetric { .. } | Quantity::Parameter(_) | Quantity::Validation { .. } => None,
+    }
 }
 
 #[cfg(test)]

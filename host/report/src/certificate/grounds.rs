@@ -7,7 +7,7 @@ use super::limits::{Decision, Quantity};
 use crate::picture::tick;
 use crate::{ReportFigures, Subject};
 use trueaxis_model::errors::{Parameter, ParameterKind};
-use trueaxis_tables::validate::calibrated;
+use trueaxis_model::validate::calibrated;
 
 /// Rounding of probed ranges in error files (mm, deg).
 const ROUNDED: f64 = 1e-3;

@@ -86,84 +86,88 @@ impl Quantity {
     /// # Errors
     /// An unknown name, or something that the machine does not have.
     pub fn parse(name: &str, machine: &Machine) -> Result<Self, (String, String)> {
-        let unknown = || {
-            (
-                format!("`{name}` is not a quantity that can be limited"),
-                KNOWN.to_owned(),
-            )
+        let plain = name.replace('−', "-");
+        let words: Vec<&str> = plain.split(' ').collect();
+        let quantity = match words[..] {
+            [one] => match Parameter::parse(one) {
+                Some(parameter) => return Self::of_parameter(parameter, one, machine),
+                None => None,
+            },
+            [what, of] => Self::of_words(what, of),
+            _ => None,
         };
-        let none = |what: String| {
-            (
-                format!("this machine has {what}"),
-                "correct the name, or leave the limit out".to_owned(),
-            )
-        };
-        let name = name.replace('−', "-");
-        let words: Vec<&str> = name.split(' ').collect();
-        if let [one] = words[..] {
-            let parameter = Parameter::parse(one).ok_or_else(unknown)?;
-            if !ErrorModel::perfect(machine).set(machine, parameter, 0.0) {
-                return Err(none(format!("no parameter {one}")));
-            }
-            return match unit(parameter).0 {
-                Some(_) => Ok(Self::Parameter(parameter)),
-                None => Err((
-                    format!("{one} is a coefficient, not a deviation"),
-                    "limit its effect instead: \"tip mean\", \"G XY\" or \"E X\"".to_owned(),
-                )),
-            };
+        let quantity = quantity.ok_or_else(|| {
+            let message = format!("`{name}` is not a quantity that can be limited");
+            (message, KNOWN.to_owned())
+        })?;
+        let linear = machine.axes.iter().filter(|a| !a.letter.is_rotary());
+        let has = |axis: &char| linear.clone().any(|a| a.letter.char() == *axis);
+        match quantity.axes().into_iter().find(|axis| !has(axis)) {
+            Some(axis) => Err(without(format!("no linear axis {axis}"))),
+            None => Ok(quantity),
         }
-        let [what, of] = words[..] else {
-            return Err(unknown());
-        };
-        let has = |axis: char| {
-            machine
-                .axes
-                .iter()
-                .any(|a| a.letter.char() == axis && !a.letter.is_rotary())
-        };
+    }
+
+    /// An error parameter that the machine has and that is a deviation; `name` is for messages.
+    fn of_parameter(
+        parameter: Parameter,
+        name: &str,
+        machine: &Machine,
+    ) -> Result<Self, (String, String)> {
+        if !ErrorModel::perfect(machine).set(machine, parameter, 0.0) {
+            return Err(without(format!("no parameter {name}")));
+        }
+        match unit(parameter).0 {
+            Some(_) => Ok(Self::Parameter(parameter)),
+            None => Err((
+                format!("{name} is a coefficient, not a deviation"),
+                "limit its effect instead: \"tip mean\", \"G XY\" or \"E X\"".to_owned(),
+            )),
+        }
+    }
+
+    /// The quantity with a name of two words, on any machine.
+    fn of_words(what: &str, of: &str) -> Option<Self> {
         let first = |text: &str| text.chars().next().unwrap_or(' ');
-        let planes = [['X', 'Y'], ['Y', 'Z'], ['Z', 'X']];
         match (what, of) {
-            ("tip" | "direction", "mean" | "p95") => Ok(Self::Volumetric {
+            ("tip" | "direction", "mean" | "p95") => Some(Self::Volumetric {
                 at_tip: what == "tip",
                 is_mean: of == "mean",
                 is_probed: false,
             }),
-            ("validation", "rms" | "largest") => Ok(Self::Validation {
+            ("validation", "rms" | "largest") => Some(Self::Validation {
                 is_rms: of == "rms",
             }),
             ("G" | "F" | "H", plane) => {
-                let plane = planes
-                    .into_iter()
-                    .find(|p| p.iter().collect::<String>() == plane);
-                let plane = plane.ok_or_else(unknown)?;
-                match plane.into_iter().find(|axis| !has(*axis)) {
-                    Some(axis) => Err(none(format!("no linear axis {axis}"))),
-                    None => Ok(Self::Circle(first(what), plane)),
-                }
+                let mut planes = [['X', 'Y'], ['Y', 'Z'], ['Z', 'X']].into_iter();
+                let plane = planes.find(|p| p.iter().collect::<String>() == plane)?;
+                Some(Self::Circle(first(what), plane))
             }
-            ("E" | "M" | "B", axis) if axis.chars().count() == 1 => match has(first(axis)) {
-                true => Ok(Self::Positioning(first(what), first(axis))),
-                false => Err(none(format!("no linear axis {axis}"))),
-            },
+            ("E" | "M" | "B", axis) if axis.chars().count() == 1 => {
+                Some(Self::Positioning(first(what), first(axis)))
+            }
             ("E", diagonal) => {
-                let all = DIAGONALS
-                    .into_iter()
-                    .find(|signs| diagonal_name(*signs) == diagonal);
-                let signs = all.ok_or_else(unknown)?;
-                match ['X', 'Y', 'Z'].into_iter().find(|axis| !has(*axis)) {
-                    Some(axis) => Err(none(format!("no linear axis {axis}"))),
-                    None => Ok(Self::Diagonal(signs)),
-                }
+                let mut diagonals = DIAGONALS.into_iter();
+                let signs = diagonals.find(|signs| diagonal_name(*signs) == diagonal)?;
+                Some(Self::Diagonal(signs))
             }
-            _ => Err(unknown()),
+            _ => None,
+        }
+    }
+
+    /// The linear axes that its test moves.
+    fn axes(self) -> Vec<char> {
+        match self {
+            Self::Circle(_, plane) => plane.to_vec(),
+            Self::Positioning(_, axis) => vec![axis],
+            Self::Diagonal(_) => vec!['X', 'Y', 'Z'],
+            _ => Vec::new(),
         }
     }
 
     /// In the probed zone; `None` if it has its own positions.
     #[must_use]
-    pub fn in_probed_zone(self) -> Option<Self> {
+    pub(crate) fn in_probed_zone(self) -> Option<Self> {
         match self {
             Self::Volumetric {
                 at_tip, is_mean, ..
@@ -254,6 +258,14 @@ impl Quantity {
             _ => "µm",
         }
     }
+}
+
+/// Message and remedy for something that the machine does not have.
+fn without(what: String) -> (String, String) {
+    (
+        format!("this machine has {what}"),
+        "correct the name, or leave the limit out".to_owned(),
+    )
 }
 
 /// The signs of the four body diagonals along X, Y and Z, as the report has them.

@@ -1,12 +1,12 @@
 //! The uncertainty budget: where the uncertainty of the tip comes from, what was not stated, and the combined value.
 
-use super::calibration::CalibrationRecord;
+use super::calibration::{CalibrationRecord, StatedUncertainty};
 use crate::words::rounded_up;
 use crate::{ReportError, ReportFigures, Subject};
 use serde::Serialize;
 use trueaxis_model::kinematics::Kinematics;
-use trueaxis_tables::uncertainty::leaves;
-use trueaxis_tables::validate::{Region, random_commands};
+use trueaxis_model::uncertainty::leaves;
+use trueaxis_model::validate::{Region, random_commands};
 
 /// Random positions of the travel for the mean square of what parameters leave: their number is that of the volumetric
 /// error of a machine.
@@ -46,35 +46,7 @@ pub(super) fn sources(
     let parameters = of_parameters(subject)?;
     let misfit = subject.errors.misfit.map(|mm| mm * 1e3);
     let budget = &stated.uncertainty;
-    let row = |what, from, um: Option<f64>| UncertaintySource {
-        what,
-        from,
-        um: um.map(rounded_up),
-    };
-    let rows = vec![
-        row("probing (noise)", "residuals; in the parameters", noise),
-        row(
-            "artefact: form and diameter of the ball, length of the bar",
-            "stated",
-            budget.artefact_um,
-        ),
-        row(
-            "difference of temperature, and expansion",
-            "stated",
-            budget.expansion_um,
-        ),
-        row("lobes of the probe", "stated", budget.lobes_um),
-        row(
-            "parameters, with the noise of probing",
-            "their covariance, rms over the travel",
-            parameters,
-        ),
-        row(
-            "misfit: errors that the model lacks",
-            "residuals beyond the noise",
-            misfit,
-        ),
-    ];
+    let rows = rows([noise, parameters, misfit], budget);
     let others = [
         misfit,
         budget.artefact_um,
@@ -89,6 +61,43 @@ pub(super) fn sources(
         combined_um: combined.map(rounded_up),
         expanded_um: combined.map(|um| rounded_up(2.0 * um)),
     })
+}
+
+/// The sources with what is stated about them, and what an identification has found.
+fn rows(
+    [noise, parameters, misfit]: [Option<f64>; 3],
+    stated: &StatedUncertainty,
+) -> Vec<UncertaintySource> {
+    let rows = [
+        ("probing (noise)", "residuals; in the parameters", noise),
+        (
+            "artefact: form and diameter of the ball, length of the bar",
+            "stated",
+            stated.artefact_um,
+        ),
+        (
+            "difference of temperature, and expansion",
+            "stated",
+            stated.expansion_um,
+        ),
+        ("lobes of the probe", "stated", stated.lobes_um),
+        (
+            "parameters, with the noise of probing",
+            "their covariance, rms over the travel",
+            parameters,
+        ),
+        (
+            "misfit: errors that the model lacks",
+            "residuals beyond the noise",
+            misfit,
+        ),
+    ];
+    let row = |(what, from, um): (_, _, Option<f64>)| UncertaintySource {
+        what,
+        from,
+        um: um.map(rounded_up),
+    };
+    rows.map(row).to_vec()
 }
 
 /// Standard uncertainty (µm) of a coordinate of the tip by parameters and measured motions, rms over the travel.

@@ -6,7 +6,7 @@ use trueaxis::{AUXILIARIES, Travel};
 use trueaxis_model::errors::{ErrorModel, Switches};
 use trueaxis_model::kinematics::{Kinematics, Twist};
 use trueaxis_model::machine::{Machine, PerAxis};
-use trueaxis_tables::validate::{Command, Runtime, commands_in_travel};
+use trueaxis_model::validate::{Command, Runtime, commands_in_travel};
 
 /// Number of positions checked.
 pub(crate) const CHECKS: usize = 100;

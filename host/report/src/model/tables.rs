@@ -1,8 +1,8 @@
 //! The tables of a compensation, with all data for their evaluation (`docs/src/format.md`).
 
 use serde::Serialize;
-use trueaxis::{Direction, Interpolation, Largest};
-use trueaxis_tables::policy::PolicyName;
+use trueaxis::{Bank, Direction, Grid, Interpolation, Largest};
+use trueaxis_model::policy::PolicyName;
 
 /// Tables, terms and grids. Samples include their scale: sums of tables stored as integers are the same up to f32
 /// rounding, those of others to the bit.
@@ -83,25 +83,7 @@ impl PageTables {
         let banks = compensation.banks().iter().map(|bank| {
             let first = next;
             next += usize::from(bank.tables);
-            let table = |number: usize| {
-                let points = 0..bank.points as usize;
-                let samples = points.map(|point| compensation.sample(number, point));
-                samples.flatten().collect()
-            };
-            PageBank {
-                input: bank.input,
-                start: bank.start,
-                step: bank.step,
-                modulo: bank.modulo,
-                direction: match bank.direction {
-                    Direction::Both => "both",
-                    Direction::Positive => "positive",
-                    Direction::Negative => "negative",
-                    Direction::Signed => "signed",
-                },
-                cubic: bank.interpolation == Interpolation::Cubic,
-                tables: (first..next).map(table).collect(),
-            }
+            PageBank::of(compensation, bank, first)
         });
         let terms = compensation.terms().map(|term| PageTerm {
             output: term.output,
@@ -109,33 +91,60 @@ impl PageTables {
             factors: term.factors.to_vec(),
         });
         let grids = compensation.grids().iter().enumerate();
-        let grids = grids.map(|(number, grid)| {
-            let nodes = 0..grid.nodes() as usize;
-            let samples = nodes.flat_map(|node| {
-                let outputs = 0..grid.outputs.len();
-                outputs.filter_map(move |output| compensation.grid_sample(number, node, output))
-            });
-            PageGrid {
-                inputs: grid
-                    .axes
-                    .iter()
-                    .map(|axis| GridInput {
-                        input: axis.input,
-                        start: axis.start,
-                        step: axis.step,
-                        points: axis.points,
-                        modulo: axis.modulo,
-                    })
-                    .collect(),
-                outputs: grid.outputs.to_vec(),
-                samples: samples.collect(),
-            }
-        });
+        let grids = grids.map(|(number, grid)| PageGrid::of(compensation, grid, number));
         Self {
             policy: compensation.policy().into(),
             banks: banks.collect(),
             terms: terms.collect(),
             grids: grids.collect(),
+        }
+    }
+}
+
+impl PageBank {
+    /// A bank whose first table has the number `first`.
+    fn of(compensation: &Largest<'_>, bank: &Bank, first: usize) -> Self {
+        let table = |number: usize| {
+            let points = 0..bank.points as usize;
+            let samples = points.map(|point| compensation.sample(number, point));
+            samples.flatten().collect()
+        };
+        let numbers = first..first + usize::from(bank.tables);
+        Self {
+            input: bank.input,
+            start: bank.start,
+            step: bank.step,
+            modulo: bank.modulo,
+            direction: match bank.direction {
+                Direction::Both => "both",
+                Direction::Positive => "positive",
+                Direction::Negative => "negative",
+                Direction::Signed => "signed",
+            },
+            cubic: bank.interpolation == Interpolation::Cubic,
+            tables: numbers.map(table).collect(),
+        }
+    }
+}
+
+impl PageGrid {
+    fn of(compensation: &Largest<'_>, grid: &Grid, number: usize) -> Self {
+        let nodes = 0..grid.nodes() as usize;
+        let samples = nodes.flat_map(|node| {
+            let outputs = 0..grid.outputs.len();
+            outputs.filter_map(move |output| compensation.grid_sample(number, node, output))
+        });
+        let inputs = grid.axes.iter().map(|axis| GridInput {
+            input: axis.input,
+            start: axis.start,
+            step: axis.step,
+            points: axis.points,
+            modulo: axis.modulo,
+        });
+        Self {
+            inputs: inputs.collect(),
+            outputs: grid.outputs.to_vec(),
+            samples: samples.collect(),
         }
     }
 }

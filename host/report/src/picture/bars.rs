@@ -1,7 +1,7 @@
 //! Bar charts with a name for each bar.
 
-use super::canvas::{self, Area, Failed, LETTERS, LegendEntry, SCALE, Swatch};
-use super::{Drawing, Ink, Picture, tick};
+use super::canvas::{self, Area, Failed, Graph, LETTERS, LegendEntry, SCALE, Swatch};
+use super::{Drawing, Ink, Picture};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -86,41 +86,44 @@ impl Bars {
             .x_label_area_size((2 * LETTERS + 14) * SCALE)
             .y_label_area_size(names)
             .build_cartesian_2d(0.0..most, rows..0.0)?;
-        chart
-            .configure_mesh()
+        canvas::mesh(&mut chart)
             .disable_y_mesh()
             .disable_y_axis()
-            .x_labels(6)
             .x_desc(&self.label)
-            .x_label_formatter(&|v| tick(*v))
-            .axis_desc_style(canvas::letters(Ink::Text))
-            .label_style(canvas::letters(Ink::Muted))
-            .axis_style(canvas::line(Ink::Muted, 1.0))
-            .bold_line_style(canvas::line(Ink::Grid, 0.75))
-            .light_line_style(TRANSPARENT)
-            .set_all_tick_mark_size(4 * SCALE)
             .draw()?;
-        let gap = 6 * SCALE as i32;
         for (row, bar) in self.bars.iter().enumerate() {
             let middle = row as f64 + 0.5;
-            let corners = [(0.0, middle - 0.3), (bar.mean, middle + 0.3)];
-            let line = |x: [f64; 2], ink, width| {
-                PathElement::new([(x[0], middle), (x[1], middle)], canvas::line(ink, width))
-            };
-            chart.draw_series([Rectangle::new(corners, canvas::fill(self.ink))])?;
-            chart.draw_series([line([0.0, bar.max], self.ink, 3.0)])?;
-            if let Some(u) = bar.uncertainty {
-                let ends = [(bar.mean - u).max(0.0), (bar.mean + u).min(most)];
-                chart.draw_series([line(ends, Ink::Text, 1.25)])?;
-                let cap = |x: f64| {
-                    let ends = [(x, middle - 0.2), (x, middle + 0.2)];
-                    PathElement::new(ends, canvas::line(Ink::Text, 1.25))
-                };
-                chart.draw_series(ends.map(cap))?;
-            }
+            self.bar(&mut chart, bar, middle, most)?;
             let (x, y) = chart.backend_coord(&(0.0, middle));
+            let place = (x - 6 * SCALE as i32, y);
             let style = canvas::letters_at(Ink::Text, HPos::Right, VPos::Center);
-            area.draw(&Text::new(bar.name.clone(), (x - gap, y), style))?;
+            area.draw(&Text::new(bar.name.clone(), place, style))?;
+        }
+        Ok(())
+    }
+
+    /// A bar, its line and its whisker, around a height; nothing of it is beyond `most`.
+    fn bar<'a>(
+        &self,
+        chart: &mut Graph<'a>,
+        bar: &ChartBar,
+        middle: f64,
+        most: f64,
+    ) -> Result<(), Failed<'a>> {
+        let corners = [(0.0, middle - 0.3), (bar.mean, middle + 0.3)];
+        let line = |x: [f64; 2], ink, width| {
+            PathElement::new([(x[0], middle), (x[1], middle)], canvas::line(ink, width))
+        };
+        chart.draw_series([Rectangle::new(corners, canvas::fill(self.ink))])?;
+        chart.draw_series([line([0.0, bar.max], self.ink, 3.0)])?;
+        if let Some(u) = bar.uncertainty {
+            let ends = [(bar.mean - u).max(0.0), (bar.mean + u).min(most)];
+            chart.draw_series([line(ends, Ink::Text, 1.25)])?;
+            let cap = |x: f64| {
+                let ends = [(x, middle - 0.2), (x, middle + 0.2)];
+                PathElement::new(ends, canvas::line(Ink::Text, 1.25))
+            };
+            chart.draw_series(ends.map(cap))?;
         }
         Ok(())
     }

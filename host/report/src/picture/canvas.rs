@@ -1,7 +1,9 @@
 //! The drawing surface of pictures: the backend of `plotters`, colours, text and legends.
 
-use super::{INKS, Ink, Picture, escaped};
+use super::{INKS, Ink, Picture, escaped, tick};
+use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -18,6 +20,25 @@ const WIDE: f64 = 0.58;
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// The error of `plotters` if a backend fails, which one in memory does not.
 pub type Failed<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
+
+/// A plane with numbers at both axes.
+pub type Graph<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// The grid of a graph, with numbers along its horizontal axis.
+pub fn mesh<'a, 'g>(
+    graph: &'g mut Graph<'a>,
+) -> MeshStyle<'a, 'g, RangedCoordf64, RangedCoordf64, SVGBackend<'a>> {
+    let mut mesh = graph.configure_mesh();
+    mesh.x_labels(6)
+        .x_label_formatter(&|v| tick(*v))
+        .axis_desc_style(letters(Ink::Text))
+        .label_style(letters(Ink::Muted))
+        .axis_style(line(Ink::Muted, 1.0))
+        .bold_line_style(line(Ink::Grid, 0.75))
+        .light_line_style(TRANSPARENT)
+        .set_all_tick_mark_size(4 * SCALE);
+    mesh
+}
 
 /// Draws a picture with a size in CSS pixels.
 pub fn picture(

@@ -1,6 +1,6 @@
 //! Line charts.
 
-use super::canvas::{self, Area, Failed, LETTERS, LegendEntry, SCALE, Swatch};
+use super::canvas::{self, Area, Failed, Graph, LETTERS, LegendEntry, SCALE, Swatch};
 use super::{Drawing, Ink, Picture, tick};
 use plotters::prelude::*;
 
@@ -57,8 +57,6 @@ pub enum Mark {
     Dashed,
     /// Points.
     Points,
-    /// A filled area: from point to point and back to the first.
-    Area,
 }
 
 /// Points drawn together.
@@ -89,6 +87,30 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
+impl Series {
+    fn draw<'a>(&self, chart: &mut Graph<'a>) -> Result<(), Failed<'a>> {
+        let finite = self.points.iter().filter(|[x, y]| (x + y).is_finite());
+        let points = finite.map(|[x, y]| (*x, *y));
+        let style = canvas::line(self.ink, 1.75);
+        match self.mark {
+            Mark::Line => {
+                chart.draw_series(LineSeries::new(points, style))?;
+            }
+            Mark::Dashed => {
+                let [dash, gap] = [5, 4].map(|n| n * SCALE);
+                let style = canvas::line(self.ink, 1.25);
+                chart.draw_series(DashedLineSeries::new(points, dash, gap, style))?;
+            }
+            Mark::Points => {
+                let size = (2.5 * f64::from(SCALE)) as u32;
+                let point = |at| Circle::new(at, size, canvas::fill(self.ink));
+                chart.draw_series(points.map(point))?;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Drawing for Chart {
     fn legend(&mut self) -> Vec<&mut String> {
         self.series
@@ -106,7 +128,6 @@ impl Drawing for Chart {
                 Mark::Line => Swatch::Line,
                 Mark::Dashed => Swatch::Dashed,
                 Mark::Points => Swatch::Point,
-                Mark::Area => Swatch::Area,
             },
         });
         let entries: Vec<LegendEntry<'_>> = named.collect();
@@ -134,48 +155,18 @@ impl Chart {
             let area = Rectangle::new(corners, canvas::fill(Ink::Shade));
             chart.draw_series([area])?;
         }
-        chart
-            .configure_mesh()
-            .x_labels(6)
+        canvas::mesh(&mut chart)
             .y_labels(6)
             .x_desc(&self.x.label)
             .y_desc(&self.y.label)
-            .x_label_formatter(&|v| tick(*v))
             .y_label_formatter(&|v| tick(*v))
-            .axis_desc_style(canvas::letters(Ink::Text))
-            .label_style(canvas::letters(Ink::Muted))
-            .axis_style(canvas::line(Ink::Muted, 1.0))
-            .bold_line_style(canvas::line(Ink::Grid, 0.75))
-            .light_line_style(TRANSPARENT)
-            .set_all_tick_mark_size(4 * SCALE)
             .draw()?;
         if y0 < 0.0 && y1 > 0.0 {
             let zero = PathElement::new([(x0, 0.0), (x1, 0.0)], canvas::line(Ink::Muted, 0.75));
             chart.draw_series([zero])?;
         }
         for series in &self.series {
-            let finite = series.points.iter().filter(|[x, y]| (x + y).is_finite());
-            let points = finite.map(|[x, y]| (*x, *y));
-            let style = canvas::line(series.ink, 1.75);
-            match series.mark {
-                Mark::Line => {
-                    chart.draw_series(LineSeries::new(points, style))?;
-                }
-                Mark::Dashed => {
-                    let [dash, gap] = [5, 4].map(|n| n * SCALE);
-                    let style = canvas::line(series.ink, 1.25);
-                    chart.draw_series(DashedLineSeries::new(points, dash, gap, style))?;
-                }
-                Mark::Points => {
-                    let size = (2.5 * f64::from(SCALE)) as u32;
-                    let point = |at| Circle::new(at, size, canvas::fill(series.ink));
-                    chart.draw_series(points.map(point))?;
-                }
-                Mark::Area => {
-                    let points: Vec<(f64, f64)> = points.collect();
-                    chart.draw_series([Polygon::new(points, canvas::fill(series.ink))])?;
-                }
-            }
+            series.draw(&mut chart)?;
         }
         Ok(())
     }

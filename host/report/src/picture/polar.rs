@@ -52,7 +52,10 @@ impl Drawing for Polar {
         let legend = canvas::legend_height(&entries, wide);
         canvas::picture(&self.title, [wide, high + legend], |area| {
             let (plot, below) = area.split_vertically(high * SCALE);
-            self.rings(&plot, step)?;
+            let graph = PolarGraph::new(self, &plot, step);
+            graph.rings()?;
+            graph.curves()?;
+            graph.labels()?;
             canvas::legend(&below, &entries, wide)
         })
     }
@@ -72,73 +75,100 @@ impl Polar {
         let enough = steps.into_iter().find(|step| 2.0 * step >= most);
         enough.unwrap_or(10.0 * power)
     }
+}
 
-    fn rings<'a>(&self, area: &Area<'a>, step: f64) -> Result<(), Failed<'a>> {
-        let [wide, high] = SIZE.map(|n| (n * SCALE) as i32);
-        let (x0, y0) = (wide / 2, high / 2);
-        let outermost = f64::from(high / 2) - f64::from((LETTERS + 8) * SCALE);
+/// The part of the drawing above the legend.
+struct PolarGraph<'p, 'a> {
+    polar: &'p Polar,
+    area: &'p Area<'a>,
+    /// Deviation from ring to ring.
+    step: f64,
+    centre: [i32; 2],
+    /// Radius of the outermost circle (pixels).
+    outermost: f64,
+}
+
+impl<'p, 'a> PolarGraph<'p, 'a> {
+    fn new(polar: &'p Polar, area: &'p Area<'a>, step: f64) -> Self {
+        let centre = SIZE.map(|n| (n * SCALE) as i32 / 2);
+        Self {
+            polar,
+            area,
+            step,
+            centre,
+            outermost: f64::from(centre[1]) - f64::from((LETTERS + 8) * SCALE),
+        }
+    }
+
+    /// The pixel of a deviation at an angle (rad).
+    fn at(&self, angle: f64, deviation: f64) -> (i32, i32) {
         let ring = (1.0 - ZERO) / 2.0;
-        let at = |angle: f64, deviation: f64| {
-            let r = outermost * (ZERO + ring * deviation / step);
-            let (sine, cosine) = libm::sincos(angle);
-            (
-                x0 + (r * cosine).round() as i32,
-                y0 - (r * sine).round() as i32,
-            )
-        };
-        let circle = |deviation: f64| {
-            (0..=180)
-                .map(move |k| (f64::from(k) * 2.0).to_radians())
-                .map(move |a| at(a, deviation))
-        };
+        let r = self.outermost * (ZERO + ring * deviation / self.step);
+        let (sine, cosine) = libm::sincos(angle);
+        let [x0, y0] = self.centre;
+        (
+            x0 + (r * cosine).round() as i32,
+            y0 - (r * sine).round() as i32,
+        )
+    }
+
+    /// Circles of constant deviation, and the axes.
+    fn rings(&self) -> Result<(), Failed<'a>> {
         for k in -2..=2 {
             let (ink, width) = if k == 0 {
                 (Ink::Muted, 1.25)
             } else {
                 (Ink::Grid, 0.75)
             };
-            let points: Vec<_> = circle(f64::from(k) * step).collect();
-            area.draw(&PathElement::new(points, canvas::line(ink, width)))?;
+            let deviation = f64::from(k) * self.step;
+            let angles = (0..=180).map(|k| (f64::from(k) * 2.0).to_radians());
+            let points: Vec<_> = angles.map(|angle| self.at(angle, deviation)).collect();
+            self.line(points, ink, width)?;
         }
         for quarter in [0.0, 90.0, 180.0, 270.0_f64] {
-            let ends = [
-                at(quarter.to_radians(), -3.0 * step),
-                at(quarter.to_radians(), 2.0 * step),
-            ];
-            area.draw(&PathElement::new(ends, canvas::line(Ink::Grid, 0.75)))?;
+            let ends = [-3.0, 2.0].map(|rings| self.at(quarter.to_radians(), rings * self.step));
+            self.line(ends.to_vec(), Ink::Grid, 0.75)?;
         }
-        for turn in &self.turns {
+        Ok(())
+    }
+
+    fn curves(&self) -> Result<(), Failed<'a>> {
+        for turn in &self.polar.turns {
             let finite = turn.readings.iter().filter(|(_, r)| r.is_finite());
-            let points: Vec<_> = finite.map(|(angle, r)| at(*angle, *r)).collect();
+            let points: Vec<_> = finite.map(|(angle, r)| self.at(*angle, *r)).collect();
             if points.len() > 1 {
-                area.draw(&PathElement::new(points, canvas::line(turn.ink, 1.75)))?;
+                self.line(points, turn.ink, 1.75)?;
             }
         }
+        Ok(())
+    }
+
+    /// Deviations of the rings, and names of the axes.
+    fn labels(&self) -> Result<(), Failed<'a>> {
         let slanted = 67.5_f64.to_radians();
         for k in [-2, -1, 0, 1, 2] {
-            let deviation = f64::from(k) * step;
+            let deviation = f64::from(k) * self.step;
             let sign = if k > 0 { "+" } else { "" };
             let text = match k {
-                0 => format!("0 {}", self.unit),
+                0 => format!("0 {}", self.polar.unit),
                 _ => format!("{sign}{}", tick(deviation)),
             };
             let style = canvas::letters_at(Ink::Muted, HPos::Center, VPos::Center);
-            area.draw(&Text::new(text, at(slanted, deviation), style))?;
+            let place = self.at(slanted, deviation);
+            self.area.draw(&Text::new(text, place, style))?;
         }
         let gap = 6 * SCALE as i32;
-        let (x, y) = at(0.0, 2.0 * step);
+        let [right, up] = self.polar.axes.each_ref().map(|axis| format!("+{axis}"));
+        let (x, y) = self.at(0.0, 2.0 * self.step);
         let style = canvas::letters_at(Ink::Text, HPos::Left, VPos::Center);
-        area.draw(&Text::new(
-            format!("+{}", self.axes[0]),
-            (x + gap, y),
-            style,
-        ))?;
-        let (x, y) = at(std::f64::consts::FRAC_PI_2, 2.0 * step);
+        self.area.draw(&Text::new(right, (x + gap, y), style))?;
+        let (x, y) = self.at(std::f64::consts::FRAC_PI_2, 2.0 * self.step);
         let style = canvas::letters_at(Ink::Text, HPos::Center, VPos::Bottom);
-        area.draw(&Text::new(
-            format!("+{}", self.axes[1]),
-            (x, y - gap),
-            style,
-        ))
+        self.area.draw(&Text::new(up, (x, y - gap), style))
+    }
+
+    fn line(&self, points: Vec<(i32, i32)>, ink: Ink, width: f64) -> Result<(), Failed<'a>> {
+        let style = canvas::line(ink, width);
+        self.area.draw(&PathElement::new(points, style))
     }
 }

@@ -1,12 +1,12 @@
 //! Finds the best compensation that fits into a target, by trying several tolerances.
 
 use super::{Built, CompileError, Compiled, Full, Options, Progress, Proof, compile_with};
-use crate::policy::tolerance_urad;
 use crate::schemes::{Effort, Finder};
 use crate::size::Size;
 use crate::target::Target;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::policy::tolerance_urad;
 
 /// Tolerances (µm), tried in order until one is met.
 pub const TOLERANCES: [f64; 8] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
@@ -113,6 +113,10 @@ pub fn best(
         // A tolerance only counts as met if its own run meets it, because only that run repeats when a user requests
         // it.
         let is_own = candidate.meets(tolerance);
+        if is_own && tolerance <= coarsest {
+            // Made for this tolerance: what was made for a finer one deviates less, but costs more.
+            return Ok(judged(candidate, tolerance, options));
+        }
         candidates.push(candidate);
         if tolerance <= coarsest && candidates.iter().any(|c| c.meets(tolerance)) {
             return Ok(judged(least(candidates, tolerance), tolerance, options));

@@ -1,7 +1,6 @@
 //! Bounds of the corrections, from the actual output of the tables.
 
 use super::Progress;
-use crate::validate::{Command, DrawError, Region, Runtime, random_commands};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
@@ -10,6 +9,7 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{CorrectionLimits, MAX_AXES, Machine};
 use trueaxis_model::parallel;
+use trueaxis_model::validate::{Command, DrawError, Region, Runtime, random_commands};
 
 /// Number of random positions over the whole travel. The same number again has linear axes and auxiliaries at their
 /// ends, where corrections that are affine in them are largest.

@@ -3,11 +3,11 @@
 use super::bounds::AxisBounds;
 use super::{CompileError, Progress, bounds_of, limits};
 use crate::schemes::blank::blank;
-use crate::validate::Runtime;
 use trueaxis::{AlignedBlob, Draft, DraftBank, DraftGrid, Notes, Term};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::Runtime;
 
 /// A compensation that corrects nothing.
 #[must_use]

@@ -1,9 +1,9 @@
 //! Refuses a compensation whose corrections could move faster than the machine file allows.
 
 use crate::dynamics::dynamics;
-use crate::validate::Runtime;
 use std::fmt;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::Runtime;
 
 /// A correction that can move faster, or change its speed faster, than its axis allows.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,16 +1,16 @@
 //! Measures the effect of a blob on the volumetric error, at new random positions.
 
 use super::{CompileError, Progress};
-use crate::validate::{
-    DrawError, Measured, Region, Runtime, Verification, holds_anywhere, is_partly_calibrated,
-    random_commands,
-};
 use serde::Serialize;
 use trueaxis::AuxiliaryKind;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::errors::temperature_name;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
+use trueaxis_model::validate::{
+    DrawError, Measured, Region, Runtime, Verification, holds_anywhere, is_partly_calibrated,
+    random_commands,
+};
 
 /// Change of tool length (mm) for measuring the sensitivity.
 const LENGTH_CHANGE: f64 = 10.0;
@@ -194,7 +194,7 @@ pub fn prove(
 /// # Errors
 /// As [`prove`].
 #[expect(clippy::too_many_arguments)]
-pub fn prove_held(
+pub(crate) fn prove_held(
     machine: &Machine,
     errors: &ErrorModel,
     runtime: &Runtime<'_>,

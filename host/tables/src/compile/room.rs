@@ -2,11 +2,11 @@
 
 use super::verdict::wanted;
 use super::{Built, Options, Proof};
-use crate::policy::tolerance_urad;
 use crate::size::Size;
 use crate::target::Usage;
 use serde::Serialize;
 use trueaxis_model::kinematics::Policy;
+use trueaxis_model::policy::tolerance_urad;
 
 /// A target that is full before the tolerance is met.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]

@@ -1,9 +1,9 @@
 //! Whether a verified compensation may be written.
 
 use super::Proof;
-use crate::policy::tolerance_urad;
 use serde::Serialize;
 use trueaxis_model::kinematics::Policy;
+use trueaxis_model::policy::tolerance_urad;
 
 /// A reason not to write a verified compensation, worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, thiserror::Error)]
@@ -104,9 +104,9 @@ mod tests {
     use super::Refusal;
     use crate::compile::prove;
     use crate::schemes::{self, Scheme};
-    use crate::validate::Runtime;
     use trueaxis_model::errors::{ErrorModel, Parameter};
     use trueaxis_model::machine::Machine;
+    use trueaxis_model::validate::Runtime;
 
     /// Refusals of the tables of a machine with errors of X, where those of Z are multiplied by a factor and the
     /// correction at a position is subtracted.

@@ -1,14 +1,14 @@
 //! A compensation judged beside the exact model: from a blob to deviations, what uncertain parameters leave, and verdict.
 
 use super::{CompileError, Progress, Proof, Refusal, Warning, prove_held, worse};
-use crate::policy::{PolicyName, of_blob, tolerance_urad};
 use crate::schemes;
 use crate::size::Size;
-use crate::uncertainty::{OverTravel, over_travel};
-use crate::validate::Runtime;
 use serde::Serialize;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::policy::{PolicyName, of_blob, tolerance_urad};
+use trueaxis_model::uncertainty::{OverTravel, over_travel};
+use trueaxis_model::validate::Runtime;
 
 /// What a compensation is compared with, and how thoroughly.
 #[derive(Clone, Debug, PartialEq)]

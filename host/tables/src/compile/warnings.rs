@@ -2,12 +2,12 @@
 
 use super::bounds::{Peak, Survey};
 use super::{AxisBounds, Proof};
-use crate::policy::tolerance_urad;
-use crate::validate::{Runtime, Verification};
 use serde::Serialize;
 use trueaxis_model::errors::{Parameter, ParameterKind, Switches};
 use trueaxis_model::kinematics::{Kinematics, Linearised, NotConverged, Policy, Twist};
 use trueaxis_model::machine::Machine;
+use trueaxis_model::policy::tolerance_urad;
+use trueaxis_model::validate::{Runtime, Verification};
 
 /// Corrections above these are unusual on a machine tool: mm, deg.
 const LARGE: [f64; 2] = [1.0, 0.1];
@@ -188,7 +188,7 @@ pub fn culprit(
 
 /// Corrections (mm, deg, one per axis) that verification found over their bounds.
 #[must_use]
-pub fn over_bounds(bounds: &[AxisBounds], largest: &[f64]) -> Vec<Warning> {
+pub(crate) fn over_bounds(bounds: &[AxisBounds], largest: &[f64]) -> Vec<Warning> {
     let over = bounds.iter().zip(largest);
     over.filter(|(bound, largest)| **largest > f64::from(bound.value_bound))
         .map(|(bound, largest)| Warning::OverBound {

@@ -1,8 +1,8 @@
 //! A compensation without tables, the starting point of every scheme.
 
-use crate::policy::stored;
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Draft, Notes, Sensor, Zone};
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::policy::stored;
 
 /// A draft with the machine, its inputs and the policy that corrects nothing.
 pub fn blank(kinematics: &Kinematics<'_>) -> Draft {

@@ -11,7 +11,6 @@ mod size;
 
 use super::blank::blank;
 use super::{Options, SchemeError, SchemeResult};
-use crate::validate::calibrated;
 use mesh::Mesh;
 use size::Sizing;
 use std::ops::RangeInclusive;
@@ -19,6 +18,7 @@ use trueaxis::{Draft, DraftGrid, GridAxis};
 use trueaxis_model::errors::{ErrorModel, Motion};
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::validate::calibrated;
 
 /// How the remaining error is reduced to one number for each direction (Eq. 12).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -243,8 +243,8 @@ fn grid(machine: &Machine, mesh: &Mesh<'_>, zero: &PerAxis, options: &Options) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validate::{Command, Runtime};
     use trueaxis_model::errors::Parameter;
+    use trueaxis_model::validate::{Command, Runtime};
 
     /// X, Y and C of a machine whose C is a table, with Z and A at a position.
     fn over_c(text: &str, rotary: Vec<f64>) {

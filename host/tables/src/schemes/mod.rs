@@ -15,7 +15,7 @@ mod points;
 pub mod poly25;
 mod products;
 mod result;
-pub mod subset;
+mod subset;
 pub mod trigo23;
 
 pub use exact::Effort;

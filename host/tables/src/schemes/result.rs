@@ -1,9 +1,9 @@
 //! The result of a scheme.
 
-use crate::validate::DrawError;
 use trueaxis::Draft;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::DrawError;
 
 /// Tables and terms, with what the scheme knows about them.
 #[derive(Clone, Debug)]

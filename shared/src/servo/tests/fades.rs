@@ -19,8 +19,7 @@ fn the_common_factor_has_half_its_rate_during_a_fade() {
         let rates =
             both.map(|(a, b)| a.ramp_rate.min(b.ramp_rate) / a.value_bound.max(b.value_bound));
         let rate = rates.fold(f32::MAX, f32::min);
-        let mut servo = S::new(from);
-        servo.enable();
+        let mut servo = enabled(from);
         settle(&mut servo, &inputs);
         servo.swap(to).unwrap();
         for _ in 0..100 {
@@ -63,8 +62,7 @@ fn a_fade_begins_from_rest() {
 #[test]
 fn a_fade_begins_only_when_the_common_factor_rests() {
     let inputs = at(20.0, 10.0, 45.0);
-    let mut servo = S::new(*A);
-    servo.enable();
+    let mut servo = enabled(*A);
     for _ in 0..100 {
         servo.update(&inputs, ALL, DT);
     }
@@ -150,8 +148,7 @@ fn another_tool_length_does_not_take_the_place_of_a_compensation_that_waits() {
     other.terms.push(term(0, 1.0, &[6]));
     other.terms[5].weight = 0.5;
     let to = leak(&other);
-    let mut servo = S::new(c);
-    servo.enable();
+    let mut servo = enabled(c);
     let with = |length: f32| {
         let mut inputs = at(20.0, 10.0, 45.0);
         inputs.auxiliaries[0] = length;

@@ -98,15 +98,11 @@ fn patience_is_time_whatever_the_periods_before() {
 fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_most() {
     // 0.05 to 2 mm/s of correction; the rate bound is 2 mm/s, five times the ramp rate.
     for share in [0.025, 0.5, 1.0] {
-        let mut draft = bare();
-        for axis in &mut draft.axes {
-            limit(axis, 1.0, 2.0, 0.4);
-        }
+        let mut draft = limited(1.0, 2.0, 0.4);
         draft.banks = vec![bank(0, -200.0, 400.0, vec![vec![-1.0, 1.0]])];
         draft.terms = vec![term(0, 1.0, &[0])];
         draft.axes[0].travel = [-250.0, 250.0];
-        let mut servo = S::new(leak(&draft));
-        servo.enable();
+        let mut servo = enabled(leak(&draft));
         settle(&mut servo, &at(10.0, 0.0, 0.0));
         let speed = 400.0 * share;
         let mut x = 10.0;
@@ -146,10 +142,7 @@ fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_
 #[test]
 fn after_a_swap_to_narrower_bounds_what_is_still_beyond_them_stays_within_the_travel() {
     let small = |bound: f32| {
-        let mut draft = bare();
-        for axis in &mut draft.axes {
-            limit(axis, 0.5, 50.0, 5.0);
-        }
+        let mut draft = limited(0.5, 50.0, 5.0);
         draft.axes[0].travel = [-1.0, 1.0];
         draft.axes[0].value_bound = bound;
         draft.banks = vec![
@@ -162,8 +155,7 @@ fn after_a_swap_to_narrower_bounds_what_is_still_beyond_them_stays_within_the_tr
         draft.terms = vec![term(0, 1.0, &[0]), term(1, 1.0, &[1])];
         leak(&draft)
     };
-    let mut servo = S::new(small(0.5));
-    servo.enable();
+    let mut servo = enabled(small(0.5));
     settle(&mut servo, &at(-0.5, 0.0, 0.0));
     settle(&mut servo, &at(-0.45, 10.0, 0.0));
     servo.disable();
@@ -192,14 +184,10 @@ fn after_a_swap_to_narrower_bounds_what_is_still_beyond_them_stays_within_the_tr
 
 #[test]
 fn after_a_hold_the_correction_reaches_its_rate_bound_in_10_ms_at_the_soonest() {
-    let mut draft = bare();
-    for axis in &mut draft.axes {
-        limit(axis, 1.0, 10.0, 0.4);
-    }
+    let mut draft = limited(1.0, 10.0, 0.4);
     draft.banks = vec![bank(0, -200.0, 400.0, vec![vec![-1.0, 1.0]])];
     draft.terms = vec![term(0, 1.0, &[0])];
-    let mut servo = S::new(leak(&draft));
-    servo.enable();
+    let mut servo = enabled(leak(&draft));
     settle(&mut servo, &at(10.0, 0.0, 0.0));
     let mut x = 10.0;
     let mut speeds = [0.0_f32; 2];
@@ -226,8 +214,7 @@ fn after_a_hold_the_correction_reaches_its_rate_bound_in_10_ms_at_the_soonest() 
 
 #[test]
 fn while_inputs_are_held_no_auxiliary_is_let_in_and_no_fade_begins() {
-    let mut servo = S::new(lengths());
-    servo.enable();
+    let mut servo = enabled(lengths());
     let mut inputs = at(1.0, 2.0, 3.0);
     inputs.auxiliaries = [80.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let before = settle(&mut servo, &inputs);
@@ -243,8 +230,7 @@ fn while_inputs_are_held_no_auxiliary_is_let_in_and_no_fade_begins() {
     let good = at(20.0, 10.0, 45.0);
     let mut lost = good;
     lost.auxiliaries[0] = f32::NAN;
-    let mut servo = S::new(*B);
-    servo.enable();
+    let mut servo = enabled(*B);
     settle(&mut servo, &good);
     servo.swap(*A).unwrap();
     for _ in 0..9 {

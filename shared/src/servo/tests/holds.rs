@@ -4,10 +4,7 @@ use super::*;
 
 /// X corrected by 10 µm per mm of X, at most 1 mm/s, with little value bound to spare.
 fn sloped(rate_bound: f32, ramp_rate: f32) -> &'static C {
-    let mut draft = bare();
-    for axis in &mut draft.axes {
-        limit(axis, 1.0, rate_bound, ramp_rate);
-    }
+    let mut draft = limited(1.0, rate_bound, ramp_rate);
     draft.banks = vec![bank(0, -80.0, 160.0, vec![vec![-0.8, 0.8]])];
     draft.terms = vec![term(0, 1.0, &[0])];
     leak(&draft)
@@ -18,8 +15,7 @@ fn sloped(rate_bound: f32, ramp_rate: f32) -> &'static C {
 fn after_a_hold(share: f32, periods: usize, dt: f32, late: bool) -> (f64, f64) {
     const RATE: f32 = 1.0;
     // Ramps are 40 times slower than the rate bound, as compiled tables have it.
-    let mut servo = S::new(sloped(RATE, RATE / 40.0));
-    servo.enable();
+    let mut servo = enabled(sloped(RATE, RATE / 40.0));
     let speed = f64::from(share * RATE / 0.01);
     let mut x = -60.0 * f64::from(share.signum());
     // It is all in at its value bound of 1 mm, at 0.0125 mm/s with half of it in a fade.
@@ -114,8 +110,7 @@ fn reversing(reversal_rate: f32, reversal_acceleration: f32) -> &'static C {
 fn a_reversal_is_made_up_at_its_own_rate_and_acceleration_and_never_steps() {
     for (rate, acceleration) in [(8.0_f32, 500.0_f32), (0.5, 500.0), (0.05, 1.0), (8.0, 1e6)] {
         for dt in [1e-3_f32, 2.5e-4, 5e-5] {
-            let mut servo = S::new(reversing(rate, acceleration));
-            servo.enable();
+            let mut servo = enabled(reversing(rate, acceleration));
             for k in 0..20_000_u16 {
                 servo.update(&at(f32::from(k) * 1e-4, 0.0, 0.0), ALL, DT);
             }
@@ -156,10 +151,7 @@ fn a_reversal_is_made_up_at_its_own_rate_and_acceleration_and_never_steps() {
 fn a_jump_at_the_end_of_the_travel_leaves_little_of_its_speed_even_at_a_factor_of_zero() {
     // The correction is pushed inwards as fast as the command; what it keeps of that is at most the rate bound, which it
     // loses within 10 ms.
-    let mut draft = bare();
-    for axis in &mut draft.axes {
-        limit(axis, 0.5, 2.0, 0.05);
-    }
+    let mut draft = limited(0.5, 2.0, 0.05);
     draft.axes[0].travel = [-100.0, 100.0];
     draft.banks = vec![
         bank(0, -100.0, 200.0, vec![vec![-0.4, 0.4]]),
@@ -171,8 +163,7 @@ fn a_jump_at_the_end_of_the_travel_leaves_little_of_its_speed_even_at_a_factor_o
     draft.terms = vec![term(0, 1.0, &[0]), term(0, 1.0, &[1])];
     let c = leak(&draft);
     for (jump, step) in [(0.3_f32, false), (0.3, true), (0.05, true), (3.0, true)] {
-        let mut servo = S::new(c);
-        servo.enable();
+        let mut servo = enabled(c);
         for k in 0..30_000_u16 {
             servo.update(&at(99.0, f32::from(k) * 1e-3, 0.0), ALL, DT);
         }

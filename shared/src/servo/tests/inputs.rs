@@ -33,8 +33,7 @@ fn during_a_fade_the_inputs_of_both_compensations_matter() {
     for more in [false, true] {
         let (from, to) = (machine(more), machine(!more));
         let update = |inputs: &Inputs<[f32; 3]>, referenced| {
-            let mut servo = S::new(from);
-            servo.enable();
+            let mut servo = enabled(from);
             settle(&mut servo, &good);
             servo.swap(to).unwrap();
             for _ in 0..100 {
@@ -68,8 +67,7 @@ fn an_axis_that_does_not_matter_may_be_anywhere_but_at_no_number() {
     // On the fast and on the slow path.
     for long in [false, true] {
         let status = |place: f32, referenced| {
-            let mut servo = S::new(c);
-            servo.enable();
+            let mut servo = enabled(c);
             for _ in 0..8000 {
                 servo.update(&at(20.0, 10.0, 45.0), referenced, DT);
             }
@@ -120,8 +118,7 @@ fn corrections_end_at_the_value_bound_and_say_so() {
         (2.0, 1.0, -1.0, 0b01),
         (-2.5, -1.0, 1.0, 0b11),
     ] {
-        let mut servo = S::new(constant(value));
-        servo.enable();
+        let mut servo = enabled(constant(value));
         let correction = settle(&mut servo, &at(0.0, 0.0, 0.0));
         assert_eq!(correction.computed, [x, y, 0.0]);
         assert_eq!(correction.dq, correction.computed);
@@ -145,8 +142,7 @@ fn an_endless_axis_that_goes_back_over_zero_has_reversed() {
             (0.05, 359.9, Travel::Negative),
             (359.95, 0.1, Travel::Positive),
         ] {
-            let mut servo = S::new(c);
-            servo.enable();
+            let mut servo = enabled(c);
             let before = if travel == Travel::Negative {
                 359.5
             } else {
@@ -170,16 +166,12 @@ fn after_a_swap_the_new_value_bound_holds_on_an_axis_without_a_reference_too() {
     // Y only receives corrections. The second compensation exceeds its bound, by less than the rate bound permits per
     // period.
     let of = |bound: f32| {
-        let mut draft = bare();
-        for axis in &mut draft.axes {
-            limit(axis, bound, 2.0, 0.4);
-        }
+        let mut draft = limited(bound, 2.0, 0.4);
         draft.terms = vec![term(1, 0.2, &[])];
         leak(&draft)
     };
     for referenced in [ALL, 0b101] {
-        let mut servo = S::new(of(0.5));
-        servo.enable();
+        let mut servo = enabled(of(0.5));
         let inputs = at(20.0, 10.0, 45.0);
         let update = |servo: &mut S| servo.update(&inputs, referenced, DT);
         for _ in 0..5000 {

@@ -4,10 +4,7 @@ use super::*;
 
 /// Every axis on every other one, a tool length, and two temperatures, one of them with a lag; an adjustable weight.
 fn noisy(scale: f32) -> &'static C {
-    let mut draft = bare();
-    for axis in &mut draft.axes {
-        limit(axis, 0.4, 2.0, 0.4);
-    }
+    let mut draft = limited(0.4, 2.0, 0.4);
     draft.auxiliaries = specimen::everything().auxiliaries;
     for (name, lag_rate) in [("bed", 0.0), ("column", 0.01)] {
         draft.auxiliaries.push(Auxiliary {

@@ -4,10 +4,7 @@ use super::*;
 
 /// X with backlash of ± this, mm.
 fn small(backlash: f32) -> &'static C {
-    let mut draft = bare();
-    for axis in &mut draft.axes {
-        limit(axis, 1.0, 2.0, 0.4);
-    }
+    let mut draft = limited(1.0, 2.0, 0.4);
     draft.banks = vec![DraftBank {
         direction: Direction::Signed,
         ..bank(0, -100.0, 200.0, vec![vec![backlash, backlash]])
@@ -18,8 +15,7 @@ fn small(backlash: f32) -> &'static C {
 
 #[test]
 fn backlash_that_the_rate_bound_would_let_through_is_worked_off_all_the_same() {
-    let mut servo = S::new(small(0.0005));
-    servo.enable();
+    let mut servo = enabled(small(0.0005));
     servo.update(&at(-1.0, 0.0, 0.0), ALL, DT);
     assert_eq!(settle(&mut servo, &at(0.0, 0.0, 0.0)).dq[0], 0.0005);
     // 1 µm in this period, where 2 µm are permitted; at 8 mm/s² it begins with 4 nm.
@@ -60,8 +56,7 @@ fn a_reversal_without_directional_tables_is_no_step() {
 
 #[test]
 fn the_end_of_a_hold_is_worked_off_where_the_axis_has_gone_on() {
-    let mut servo = S::new(backlash(0.001));
-    servo.enable();
+    let mut servo = enabled(backlash(0.001));
     let mut x = -5.0;
     for _ in 0..5000 {
         x += 0.001;
@@ -104,8 +99,7 @@ fn constant(value: f32) -> &'static C {
 fn a_hold_that_begins_during_a_fade_or_a_ramp_leaves_the_axes_together() {
     let inputs = at(0.0, 0.0, 0.0);
     let hold = at(0.0, 0.0, f32::NAN);
-    let mut servo = S::new(constant(-0.9));
-    servo.enable();
+    let mut servo = enabled(constant(-0.9));
     for _ in 0..3 {
         servo.update(&inputs, ALL, DT);
     }
@@ -142,8 +136,7 @@ fn the_short_way_leaves_a_reversal_to_the_long_one_on_every_axis_with_backlash()
             inputs.axes[usize::from(axis)] = q;
             inputs
         };
-        let mut servo = S::new(leak(&draft));
-        servo.enable();
+        let mut servo = enabled(leak(&draft));
         servo.update(&place(-1.0), ALL, DT);
         settle(&mut servo, &place(0.0));
         assert!(servo.at_rest);

@@ -28,8 +28,7 @@ fn warm(kelvin: f32) -> Inputs<[f32; 3]> {
 }
 
 fn running(draft: &Draft, kelvin: f32) -> S {
-    let mut servo = S::new(leak(draft));
-    servo.enable();
+    let mut servo = enabled(leak(draft));
     let correction = settle(&mut servo, &warm(kelvin));
     assert_eq!(correction.status, Status::default());
     servo
@@ -182,8 +181,7 @@ fn a_sensor_that_feeds_nothing_is_no_fault() {
     let mut draft = heated(Sensor::USUAL);
     draft.auxiliaries.insert(0, draft.auxiliaries[0].clone());
     draft.banks[0].input = 4;
-    let mut servo = S::new(leak(&draft));
-    servo.enable();
+    let mut servo = enabled(leak(&draft));
     let mut inputs = warm(f32::NAN);
     inputs.auxiliaries[1] = 2.0;
     let correction = settle(&mut servo, &inputs);

@@ -1,10 +1,8 @@
 //! All instruments, and their readings.
 
 use nalgebra::Vector3;
-use trueaxis_measure::direct::{
-    AxisRuns, MeasuredRuns, Measurement, MeasurementSetup, RunColumn, Square,
-};
-use trueaxis_measure::simulate::runs::{self as simulated, OfReadings};
+use trueaxis_direct::simulate::runs::{self as simulated, OfReadings};
+use trueaxis_direct::{AxisRuns, MeasuredRuns, Measurement, MeasurementSetup, RunColumn, Square};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense};
 use trueaxis_model::machine::{Axis, Machine, PerAxis};

@@ -4,7 +4,6 @@
 #![no_std]
 #![no_main]
 
-#[allow(dead_code, reason = "this program is never traced")]
 mod counter;
 #[path = "../../../../../shared/examples/generated/huron_13.rs"]
 mod huron_13;
@@ -159,7 +158,7 @@ fn main() -> ! {
     let Some(peripherals) = cortex_m::Peripherals::take() else {
         fail("no peripherals")
     };
-    let counter = &mut Counter::new(peripherals.SYST, false);
+    let counter = &mut Counter::new(peripherals.SYST);
     if !counter.is_right() {
         fail("ten instructions are not counted as ten: is -icount shift=10 set?");
     }

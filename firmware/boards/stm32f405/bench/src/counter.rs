@@ -1,32 +1,17 @@
-//! Counts instructions with SysTick in QEMU, and marks each measurement in the trace.
-
-use core::arch::asm;
+//! Counts instructions with SysTick in QEMU.
 
 use cortex_m::asm::nop;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
-use semihosting::println;
 
 /// SysTick ticks in 5 instructions: with `-icount shift=10` one instruction takes 2¹⁰ ns of emulated time, and SysTick
 /// counts at the board's 25 MHz.
 const TICKS: u32 = 128;
 /// SysTick counts down from here.
 const TOP: u32 = 0x00FF_FFFF;
-/// Number of traced calls of each kind.
-const TRACED: usize = 8;
-
-/// An instruction that does nothing and that no compiler generates. A pair of them encloses the two reads of the
-/// counter and the measured code, so that `cargo xtask bench-target` can find it in the trace of a run.
-#[inline(always)]
-fn mark() {
-    // SAFETY: moves a register to itself.
-    unsafe { asm!("mov r8, r8", options(nomem, nostack, preserves_flags)) };
-}
 
 /// Counts executed instructions, not cycles: QEMU models neither the pipeline nor the wait states of a flash.
 pub struct Counter {
-    /// Every instruction of this run is recorded, which takes long: only a few calls, each with its own count.
-    pub traced: bool,
     syst: SYST,
     /// Ticks of an empty measurement.
     empty: u32,
@@ -34,16 +19,12 @@ pub struct Counter {
 
 impl Counter {
     /// Starts SysTick.
-    pub fn new(mut syst: SYST, traced: bool) -> Self {
+    pub fn new(mut syst: SYST) -> Self {
         syst.set_clock_source(SystClkSource::Core);
         syst.set_reload(TOP);
         syst.clear_current();
         syst.enable_counter();
-        let mut counter = Self {
-            traced,
-            syst,
-            empty: 0,
-        };
+        let mut counter = Self { syst, empty: 0 };
         counter.empty = counter.ticks(|| ());
         counter
     }
@@ -65,31 +46,19 @@ impl Counter {
         self.instructions(ten) == 10
     }
 
-    /// The part of `counts` that is measured.
-    pub fn some<'c>(&self, counts: &'c mut [u32]) -> &'c mut [u32] {
-        let all = counts.len();
-        &mut counts[..if self.traced { TRACED.min(all) } else { all }]
-    }
-
     /// Number of instructions in one call of `work`; at most 650 000.
     pub fn instructions(&mut self, work: impl FnOnce()) -> u32 {
         let ticks = self.ticks(work) - self.empty;
-        let count = (ticks * 5 + TICKS / 2) / TICKS;
-        if self.traced {
-            println!("call {count}");
-        }
-        count
+        (ticks * 5 + TICKS / 2) / TICKS
     }
 
     #[inline(never)]
     fn ticks(&mut self, work: impl FnOnce()) -> u32 {
         // The first read after `clear_current` is the reload.
         self.syst.clear_current();
-        mark();
         let before = SYST::get_current();
         work();
         let after = SYST::get_current();
-        mark();
         before.wrapping_sub(after) & TOP
     }
 }

@@ -1,7 +1,6 @@
 //! Counts the instructions of one evaluation, of one servo update, and of the alternatives without tables, on a
 //! Cortex-M4F in QEMU, and the stack they need. Prints one `key value` per line; `cargo xtask bench-target` builds the
-//! blobs, runs this and checks the figures. With the argument `trace` it makes only a few calls of each kind, and
-//! prints the count of each as `call value` beforehand, for a run in which QEMU records every instruction.
+//! blobs, runs this and checks the figures.
 #![no_std]
 #![no_main]
 
@@ -19,7 +18,6 @@ use counter::{Counter, Spread};
 use path::Path;
 use rivals::htm::Direct;
 use rivals::{closed_form, exact};
-use semihosting::experimental::env::args;
 use semihosting::{println, process};
 use trueaxis::{Compensation, Inputs, Room, Row, Servo, Travel, Travelling, capacities};
 use trueaxis_kinematics::{Kinematics, Policy};
@@ -37,8 +35,6 @@ const RAMPING: usize = 1024;
 const FADING: usize = 1200;
 /// Servo period of the measurements, s.
 const PERIOD: f32 = 0.001;
-/// Maximum length of the command line in bytes: the path of the program, and the argument.
-const COMMAND: usize = 4096;
 /// Permitted difference between a rival and the tables, mm or degrees: f32 rounds products of matrices of 1 m to about
 /// 1e-3.
 const AGREE: f32 = 0.005;
@@ -86,21 +82,18 @@ fn evaluate<C: Room>(counter: &mut Counter, key: &str, c: &Compensation<'static,
     );
     let mut stack = 0;
     let mut counts = [0; POSITIONS];
-    let counts = counter.some(&mut counts);
-    for count in counts.iter_mut() {
+    for count in &mut counts {
         let q = path.random();
         let inputs = path::inputs(q);
         let mut corrections = C::Axes::<f32>::all(0.0);
         *count = counter.instructions(|| {
             c.evaluate_into(&inputs, &travel, &weights, black_box(&mut corrections));
         });
-        if !counter.traced {
-            stack = stack.max(stack::peak(|| {
-                c.evaluate_into(&inputs, &travel, &weights, black_box(&mut corrections));
-            }));
-        }
+        stack = stack.max(stack::peak(|| {
+            c.evaluate_into(&inputs, &travel, &weights, black_box(&mut corrections));
+        }));
     }
-    report(key, counts);
+    report(key, &mut counts);
     println!("stack_{key} {stack}");
 }
 
@@ -122,32 +115,24 @@ fn updates<C: Room>(
             black_box(servo.advance(&inputs, black_box(u16::MAX), black_box(PERIOD)));
         });
     };
-    let counts = counter.some(counts);
     for count in counts.iter_mut() {
         call(&mut |update| *count = counter.instructions(update));
-        call(&mut |update| {
-            if counter.traced {
-                update();
-            } else {
-                stack = stack.max(stack::peak(update));
-            }
-        });
+        call(&mut |update| stack = stack.max(stack::peak(update)));
     }
     report(key, counts);
     println!("stack_{key} {stack}");
 }
 
-/// Updates from period `first` on until the corrections are fully in, and many more of them unless traced; returns the
+/// Updates from period `first` on until the corrections are fully in, and many more of them; returns the
 /// next period.
 fn let_in<C: Room>(
     servo: &mut Servo<&'static Compensation<'static, C>>,
     path: &Path,
     first: usize,
-    traced: bool,
 ) -> usize {
     servo.enable();
     let mut period = first;
-    while period < first + UPDATES && !(traced && servo.factor() == 1.0) {
+    while period < first + UPDATES {
         servo.update(&path::moving(path, period), u16::MAX, PERIOD);
         period += 1;
     }
@@ -166,10 +151,10 @@ fn servo<C: Room>(
 ) {
     let path = Path::new(c);
     let mut servo = Servo::new(c);
-    let first = let_in(&mut servo, &path, 0, counter.traced);
+    let first = let_in(&mut servo, &path, 0);
     updates(counter, keys[0], &mut servo, &path, first, counts);
     servo.disable();
-    let first = first + 2 * counter.some(counts).len();
+    let first = first + 2 * counts.len();
     updates(
         counter,
         keys[1],
@@ -178,8 +163,8 @@ fn servo<C: Room>(
         first,
         &mut counts[..RAMPING],
     );
-    let first = first + 2 * counter.some(&mut counts[..RAMPING]).len();
-    let first = let_in(&mut servo, &path, first, counter.traced);
+    let first = first + 2 * RAMPING;
+    let first = let_in(&mut servo, &path, first);
     if servo.swap(other).is_err() {
         fail("the compensation does not take the place of another");
     }
@@ -191,7 +176,7 @@ fn servo<C: Room>(
         first,
         &mut counts[..FADING],
     );
-    if servo.is_swapping() && !counter.traced {
+    if servo.is_swapping() {
         fail("the measurement ended before the change");
     }
 }
@@ -202,7 +187,6 @@ fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32;
     let mut path = Path::new(c);
     let (travel, weights) = (Travelling::default(), c.weights());
     let mut counts = [0; POSITIONS];
-    let counts = counter.some(&mut counts);
     let mut worst: f32 = 0.0;
     for count in counts.iter_mut() {
         let q = path.random();
@@ -223,7 +207,7 @@ fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32;
         println!("failed {key} is off by {worst}");
         process::exit(1);
     }
-    report(key, counts);
+    report(key, &mut counts);
     println!("{key}_nm {}", (worst * 1e6) as u32);
 }
 
@@ -237,7 +221,6 @@ fn generated<const N: usize>(
     let mut path = Path::new(c);
     let (travel, weights) = (Travelling::default(), c.weights());
     let mut counts = [0; POSITIONS];
-    let counts = counter.some(&mut counts);
     let mut stack = 0;
     for count in counts.iter_mut() {
         let q = path.random();
@@ -246,11 +229,9 @@ fn generated<const N: usize>(
         *count = counter.instructions(|| {
             found = black_box(evaluate(black_box(&position)));
         });
-        if !counter.traced {
-            stack = stack.max(stack::peak(|| {
-                black_box(evaluate(black_box(&position)));
-            }));
-        }
+        stack = stack.max(stack::peak(|| {
+            black_box(evaluate(black_box(&position)));
+        }));
         let tables = c.evaluate(&Inputs::at(q), &travel, &weights);
         let same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits() || (*a == 0.0 && *b == 0.0);
         if !tables.iter().zip(&found).all(same) {
@@ -258,60 +239,12 @@ fn generated<const N: usize>(
             process::exit(1);
         }
     }
-    report(key, counts);
+    report(key, &mut counts);
     println!("stack_{key} {stack}");
 }
 
-/// Whether the program was started with the argument `trace`.
-fn is_traced() -> bool {
-    let Ok(arguments) = args::<COMMAND>() else {
-        fail("the command line is too long")
-    };
-    (&arguments).any(|argument| argument == Ok("trace"))
-}
-
-#[entry]
-fn main() -> ! {
-    static mut HURON_USUAL: Usual = Usual::empty();
-    static mut HURON_AGAIN: Usual = Usual::empty();
-    static mut HURON_TIGHT: Tight = Tight::empty();
-    static mut DIRECTION: Usual = Usual::empty();
-    static mut KOLIBRI: Usual = Usual::empty();
-    static mut TIGHT_AGAIN: Tight = Tight::empty();
-    static mut CUBE: Usual = Usual::empty();
-    static mut LAYOUT: Usual = Usual::empty();
-    static mut CHAINS: Usual = Usual::empty();
-    static mut WEIGHTED: Usual = Usual::empty();
-    static mut BANKS: [Tight; 4] = [const { Tight::empty() }; 4];
-    static mut WARM: [Tight; 3] = [const { Tight::empty() }; 3];
-    static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
-
-    let Some(peripherals) = cortex_m::Peripherals::take() else {
-        fail("no peripherals")
-    };
-    let counter = &mut Counter::new(peripherals.SYST, is_traced());
-    if !counter.is_right() {
-        fail("ten instructions are not counted as ten: is -icount shift=10 set?");
-    }
-
-    let huron = load(HURON_USUAL, &HURON.0);
-    let tight = load(HURON_TIGHT, &HURON.0);
-    evaluate(counter, "evaluate_huron13", huron);
-    evaluate(counter, "evaluate_huron13_5_axes", tight);
-    let direction = load(DIRECTION, &HURON_DIRECTION.0);
-    evaluate(counter, "evaluate_huron13_direction", direction);
-    let kolibri = load(KOLIBRI, &KOLIBRI_DIRECTION.0);
-    evaluate(counter, "evaluate_kolibri10_direction", kolibri);
-    evaluate(counter, "grid25_3out", load(CUBE, &GRID.0));
-    let document = load(LAYOUT, &DOCUMENT.0);
-    evaluate(counter, "document_40_tables", document);
-    let [fixed, weighted] = FIK;
-    evaluate(counter, "fik_huron13", load(CHAINS, &fixed.0));
-    evaluate(
-        counter,
-        "fik_huron13_5_weights",
-        load(WEIGHTED, &weighted.0),
-    );
+/// Evaluations of banks with one and with nine tables.
+fn evaluate_banks(counter: &mut Counter, places: &'static mut [Tight; 4]) {
     let keys = [
         "linear_1_table",
         "linear_9_tables",
@@ -319,10 +252,13 @@ fn main() -> ! {
         "cubic_9_tables",
     ];
     let blobs = LINEAR.into_iter().chain(CUBIC);
-    for ((key, place), blob) in keys.into_iter().zip(BANKS).zip(blobs) {
+    for ((key, place), blob) in keys.into_iter().zip(places).zip(blobs) {
         evaluate(counter, key, load(place, &blob.0));
     }
+}
 
+/// Evaluations by the programs generated from these compensations.
+fn all_generated(counter: &mut Counter, [huron, direction, kolibri, document]: [&Usual; 4]) {
     generated(
         counter,
         "generated_huron13",
@@ -347,6 +283,10 @@ fn main() -> ! {
         document,
         generated::document40::evaluate,
     );
+}
+
+/// The alternatives without tables for the Huron.
+fn all_rivals(counter: &mut Counter, huron: &Usual) {
     rival(
         counter,
         "rival_closed_form_libm",
@@ -371,7 +311,73 @@ fn main() -> ! {
     rival(counter, "rival_exact_correction", huron, |q| {
         exact::correction(&kinematics, q)
     });
+}
 
+/// Servo updates with temperatures.
+fn warm_servos(
+    counter: &mut Counter,
+    places: &'static mut [Tight; 3],
+    counts: &mut [u32; UPDATES],
+) {
+    let keys = [
+        "servo_thermal_none",
+        "servo_thermal_2",
+        "servo_thermal_2_lag",
+    ];
+    for ((key, place), blob) in keys.into_iter().zip(places).zip(THERMAL) {
+        let c = load(place, &blob.0);
+        let path = Path::new(c);
+        let mut servo = Servo::new(c);
+        let first = let_in(&mut servo, &path, 0);
+        updates(counter, key, &mut servo, &path, first, counts);
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    static mut HURON_USUAL: Usual = Usual::empty();
+    static mut HURON_AGAIN: Usual = Usual::empty();
+    static mut HURON_TIGHT: Tight = Tight::empty();
+    static mut DIRECTION: Usual = Usual::empty();
+    static mut KOLIBRI: Usual = Usual::empty();
+    static mut TIGHT_AGAIN: Tight = Tight::empty();
+    static mut CUBE: Usual = Usual::empty();
+    static mut LAYOUT: Usual = Usual::empty();
+    static mut CHAINS: Usual = Usual::empty();
+    static mut WEIGHTED: Usual = Usual::empty();
+    static mut BANKS: [Tight; 4] = [const { Tight::empty() }; 4];
+    static mut WARM: [Tight; 3] = [const { Tight::empty() }; 3];
+    static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
+
+    let Some(peripherals) = cortex_m::Peripherals::take() else {
+        fail("no peripherals")
+    };
+    let counter = &mut Counter::new(peripherals.SYST);
+    if !counter.is_right() {
+        fail("ten instructions are not counted as ten: is -icount shift=10 set?");
+    }
+
+    let huron = load(HURON_USUAL, &HURON.0);
+    let tight = load(HURON_TIGHT, &HURON.0);
+    evaluate(counter, "evaluate_huron13", huron);
+    evaluate(counter, "evaluate_huron13_5_axes", tight);
+    let direction = load(DIRECTION, &HURON_DIRECTION.0);
+    evaluate(counter, "evaluate_huron13_direction", direction);
+    let kolibri = load(KOLIBRI, &KOLIBRI_DIRECTION.0);
+    evaluate(counter, "evaluate_kolibri10_direction", kolibri);
+    evaluate(counter, "grid25_3out", load(CUBE, &GRID.0));
+    let document = load(LAYOUT, &DOCUMENT.0);
+    evaluate(counter, "document_40_tables", document);
+    let [fixed, weighted] = FIK;
+    evaluate(counter, "fik_huron13", load(CHAINS, &fixed.0));
+    evaluate(
+        counter,
+        "fik_huron13_5_weights",
+        load(WEIGHTED, &weighted.0),
+    );
+    evaluate_banks(counter, BANKS);
+    all_generated(counter, [huron, direction, kolibri, document]);
+    all_rivals(counter, huron);
     let keys = [
         "servo_update_huron13",
         "servo_long_huron13",
@@ -386,18 +392,7 @@ fn main() -> ! {
     ];
     let both = [tight, load(TIGHT_AGAIN, &HURON.0)];
     servo(counter, keys, both, COUNTS);
-    let keys = [
-        "servo_thermal_none",
-        "servo_thermal_2",
-        "servo_thermal_2_lag",
-    ];
-    for ((key, place), blob) in keys.into_iter().zip(WARM).zip(THERMAL) {
-        let c = load(place, &blob.0);
-        let path = Path::new(c);
-        let mut servo = Servo::new(c);
-        let first = let_in(&mut servo, &path, 0, counter.traced);
-        updates(counter, key, &mut servo, &path, first, COUNTS);
-    }
+    warm_servos(counter, WARM, COUNTS);
     println!("done 1");
     process::exit(0)
 }

@@ -8,13 +8,17 @@ use core::mem::MaybeUninit;
 use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
 use stm32f4xx_hal::dma::StreamsTuple;
-use stm32f4xx_hal::gpio::{Edge, ExtiPin, Output, PB0, PinState, Pull, Speed};
+use stm32f4xx_hal::gpio::{
+    Alternate, Edge, ExtiPin, OpenDrain, Output, PA4, PB0, PB6, PB7, PinState, Pull, Speed,
+};
 use stm32f4xx_hal::interrupt;
-use stm32f4xx_hal::pac::{Interrupt, Peripherals, SPI1};
+use stm32f4xx_hal::pac::{EXTI, Interrupt, Peripherals, RCC, SPI1};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::rcc::{Config, Enable};
+use stm32f4xx_hal::rcc::{Config, Enable, Rcc};
 use stm32f4xx_hal::serial::Serial;
 use stm32f4xx_hal::serial::config::{Config as SerialConfig, DmaConfig};
+use stm32f4xx_hal::syscfg::SysCfg;
+use stm32f4xx_hal::time::Hertz;
 use trueaxis::link::{Restart, Tail};
 use trueaxis_cortex_m::{Cycling, leave, stop};
 #[cfg(not(feature = "log"))]
@@ -29,7 +33,7 @@ use trueaxis_firmware::temperature::{Settings, Temperatures};
 use trueaxis_sensors::{SoftI2c, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
 use trueaxis_stm32f405::stm32f405::{
-    BAUD, CRYSTAL, Dog, InternalFlash, Motion, Random, Silence, Uart, supply,
+    BAUD, Dog, InternalFlash, Motion, Random, Silence, Uart, supply,
 };
 use trueaxis_stm32f405::{AXES, PERIOD, RATE, Tables};
 #[cfg(feature = "log")]
@@ -59,6 +63,41 @@ fn fail(line: u32, what: &str) -> ! {
     stop(&Restart::Panic { line, file })
 }
 
+/// The running clocks. Without its crystal it waits here, with the fault pin low.
+fn clocks(unset: RCC) -> Rcc {
+    #[cfg(not(feature = "hsi"))]
+    let source = Config::hse(trueaxis_stm32f405::stm32f405::CRYSTAL);
+    #[cfg(feature = "hsi")]
+    let source = Config::hsi();
+    let rcc = unset.freeze(source.sysclk(168.MHz()).require_pll48clk());
+    #[cfg(not(feature = "hsi"))]
+    supply::watch_crystal(&rcc);
+    rcc
+}
+
+/// The select line, whose rising edge triggers an interrupt.
+fn select_line(pin: PA4, lines: &mut SysCfg, mut edges: EXTI) -> (PA4<Alternate<5>>, EXTI) {
+    // Without a motion side it is deselected.
+    let mut select = pin.into_pull_up_input();
+    select.make_interrupt_source(lines);
+    select.trigger_on_edge(&mut edges, Edge::Rising);
+    select.enable_interrupt(&mut edges);
+    let mut select = select.into_alternate::<5>();
+    select.set_internal_resistor(Pull::Up);
+    (select, edges)
+}
+
+type SensorBus = SoftI2c<PB6<Output<OpenDrain>>, PB7<Output<OpenDrain>>, Cycling>;
+
+/// The bus of the temperature sensor. Not the hardware peripheral: its driver waits for ever on a stuck line.
+fn sensor_bus(clock: PB6, data: PB7, core: Hertz) -> SensorBus {
+    let mut clock = clock.into_open_drain_output_in_state(PinState::High);
+    clock.set_internal_resistor(Pull::Up);
+    let mut data = data.into_open_drain_output_in_state(PinState::High);
+    data.set_internal_resistor(Pull::Up);
+    SoftI2c::new(clock, data, Cycling::new(core.raw()))
+}
+
 #[entry]
 fn main() -> ! {
     // Otherwise their initial values would be stored in flash.
@@ -74,14 +113,7 @@ fn main() -> ! {
     };
     let restart = trueaxis_cortex_m::start(supply::flags(&chip.RCC), bare::fault_pin_low);
     supply::watch_over(&chip.FLASH);
-    // Without its crystal it waits here, with the fault pin low.
-    #[cfg(not(feature = "hsi"))]
-    let source = Config::hse(CRYSTAL);
-    #[cfg(feature = "hsi")]
-    let source = Config::hsi();
-    let mut rcc = chip.RCC.freeze(source.sysclk(168.MHz()).require_pll48clk());
-    #[cfg(not(feature = "hsi"))]
-    supply::watch_crystal(&rcc);
+    let mut rcc = clocks(chip.RCC);
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
     // A probe that halts the program must not cause a fault.
@@ -104,14 +136,7 @@ fn main() -> ! {
     let port = Uart::start(line, slow.5, slow.6);
 
     let mut lines = chip.SYSCFG.constrain(&mut rcc);
-    let mut edges = chip.EXTI;
-    // Without a motion side it is deselected.
-    let mut select = a.pa4.into_pull_up_input();
-    select.make_interrupt_source(&mut lines);
-    select.trigger_on_edge(&mut edges, Edge::Rising);
-    select.enable_interrupt(&mut edges);
-    let mut select = select.into_alternate::<5>();
-    select.set_internal_resistor(Pull::Up);
+    let (select, edges) = select_line(a.pa4, &mut lines, chip.EXTI);
     // They stay connected without an owner.
     let _ = a.pa5.into_alternate::<5>();
     let _ = a.pa6.into_alternate::<5>().speed(Speed::VeryHigh);
@@ -120,12 +145,7 @@ fn main() -> ! {
     let fast = StreamsTuple::new(chip.DMA2, &mut rcc);
     let motion = Motion::new(chip.SPI1, fast.2, fast.3, select, edges);
 
-    // Not the hardware peripheral: its driver waits for ever on a stuck line.
-    let mut clock = b.pb6.into_open_drain_output_in_state(PinState::High);
-    clock.set_internal_resistor(Pull::Up);
-    let mut data = b.pb7.into_open_drain_output_in_state(PinState::High);
-    data.set_internal_resistor(Pull::Up);
-    let sensor_bus = SoftI2c::new(clock, data, Cycling::new(rcc.clocks.sysclk().raw()));
+    let sensor_bus = sensor_bus(b.pb6, b.pb7, rcc.clocks.sysclk());
     let mut sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
     let access = SHELL.share(SIDE.write(ServoSide::new(servo, PERIOD)));

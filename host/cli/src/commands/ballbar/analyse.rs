@@ -6,8 +6,8 @@ use super::super::files::Text;
 use super::answer::{BallbarAnswer, bad_circle, bad_sphere};
 use clap::Args;
 use std::path::PathBuf;
-use trueaxis_measure::ballbar::{CircleRecord, SphereRecord};
-use trueaxis_measure::formats::radii::{self, RadiusReadings};
+use trueaxis_direct::ballbar::{CircleRecord, SphereRecord};
+use trueaxis_direct::formats::radii::{self, RadiusReadings};
 
 /// Evaluate readings: size and form of a sphere, or G, F and H
 ///

@@ -3,7 +3,7 @@
 use super::super::bad_input::BadInput;
 use super::super::files;
 use serde::Serialize;
-use trueaxis_measure::ballbar::{CircleError, CircleRecord, SphereRecord, TooFew};
+use trueaxis_direct::ballbar::{CircleError, CircleRecord, SphereRecord, TooFew};
 
 /// The results as JSON; the text output is made from the same struct.
 #[derive(Default, Serialize)]

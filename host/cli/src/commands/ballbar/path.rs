@@ -7,7 +7,7 @@ use super::super::number::positive;
 use super::SimulatedTest;
 use clap::Args;
 use std::path::PathBuf;
-use trueaxis_measure::ballbar::program;
+use trueaxis_direct::ballbar::program;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::Bench;
 

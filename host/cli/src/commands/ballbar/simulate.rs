@@ -8,10 +8,10 @@ use super::answer::{BallbarAnswer, bad_sphere};
 use clap::Args;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::ballbar::{PathPoint, ReadOut, SphereRecord};
+use trueaxis_direct::ballbar::{PathPoint, ReadOut, SphereRecord};
 use trueaxis_model::explain::Bench;
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile::belongs;
-use trueaxis_tables::validate::Runtime;
 
 /// Predict ball-bar readings from known errors, before and after compensation
 #[derive(Args)]

@@ -10,14 +10,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
-use trueaxis_controllers::link::Port;
-use trueaxis_controllers::linuxcnc::LinuxCncSession;
-use trueaxis_controllers::trial::{BoardError, BoardOnTrial, RunningComponent};
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::plan::{self, Feeds, Setup, collision, steps};
-use trueaxis_measure::spheres::read_log;
+use trueaxis_identify::formats::artefact::Artefact;
+use trueaxis_identify::formats::probings::Probings;
+use trueaxis_link::{BoardError, BoardOnTrial, Port};
+use trueaxis_linuxcnc::LinuxCncSession;
 use trueaxis_model::machine::Machine;
+use trueaxis_probing::plan::{self, Feeds, Setup, collision, steps};
+use trueaxis_probing::spheres::read_log;
 
 /// What moves the machine and probes.
 pub enum Moves<'a> {
@@ -28,6 +27,18 @@ pub enum Moves<'a> {
     },
     /// The machine's own controller, whose logs arrive as files.
     ByItself,
+}
+
+impl Moves<'_> {
+    fn session(&mut self) -> Result<&mut LinuxCncSession, BadInput> {
+        match self {
+            Self::LinuxCnc { session, .. } => Ok(session),
+            Self::ByItself => Err(BadInput::new(
+                "the component needs LinuxCNC",
+                "give --port for a board",
+            )),
+        }
+    }
 }
 
 /// What corrects the machine.
@@ -103,6 +114,23 @@ impl OnBoard {
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let started = command.stdin(Stdio::piped()).stdout(Stdio::null()).spawn();
         self.guard = Some(started.map_err(no_guard)?);
+        Ok(())
+    }
+
+    /// Changes what the board does, which is put back however this program ends.
+    fn guarded(
+        &mut self,
+        change: impl FnOnce(&mut BoardOnTrial<Box<dyn Port + Send>>) -> Result<(), BoardError>,
+    ) -> Result<(), BadInput> {
+        self.guard()?;
+        change(&mut self.board).map_err(|error| bad_board(&self.port, error))
+    }
+
+    fn undo(&mut self) -> Result<(), BadInput> {
+        self.board
+            .undo()
+            .map_err(|error| bad_board(&self.port, error))?;
+        self.release();
         Ok(())
     }
 
@@ -291,39 +319,11 @@ impl Errand<'_> {
 }
 
 impl Site<'_> {
-    /// The component, in the session that moves the machine.
-    fn component<'b>(
-        moves: &'b mut Moves<'_>,
-        name: &'b str,
-        path: &Path,
-    ) -> Result<RunningComponent<'b>, BadInput> {
-        match moves {
-            Moves::LinuxCnc { session, .. } => Ok(RunningComponent {
-                session,
-                name,
-                path: path.to_owned(),
-            }),
-            Moves::ByItself => Err(BadInput::new(
-                "the component needs LinuxCNC",
-                "give --port for a board",
-            )),
-        }
-    }
-}
-
-impl Site<'_> {
     /// Switches the corrections on or off, and waits until they have faded in or out.
     pub fn switch(&mut self, on: bool) -> Result<(), BadInput> {
         match &mut self.corrects {
-            Corrects::Component { name, path } => {
-                let mut component = Self::component(&mut self.moves, name, path)?;
-                component.switch(on).map_err(bad)
-            }
-            Corrects::Board(on_board) => {
-                on_board.guard()?;
-                let done = on_board.board.switch(on);
-                done.map_err(|error| bad_board(&on_board.port, error))
-            }
+            Corrects::Component { name, .. } => self.moves.session()?.switch(name, on).map_err(bad),
+            Corrects::Board(on_board) => on_board.guarded(|board| board.switch(on)),
         }
     }
 
@@ -331,28 +331,20 @@ impl Site<'_> {
     pub fn load(&mut self, blob: &Path) -> Result<(), BadInput> {
         match &mut self.corrects {
             Corrects::Component { name, path } => {
-                let mut component = Self::component(&mut self.moves, name, path)?;
-                component.load(blob).map_err(bad)
+                self.moves.session()?.load(name, path, blob).map_err(bad)
             }
-            Corrects::Board(on_board) => {
-                on_board.guard()?;
-                let done = on_board.board.load(blob);
-                done.map_err(|error| bad_board(&on_board.port, error))
-            }
+            Corrects::Board(on_board) => on_board.guarded(|board| board.load(blob)),
         }
     }
 
     /// What has been loaded and switched stays.
     pub fn keep(&mut self) -> Result<(), BadInput> {
         match &mut self.corrects {
-            Corrects::Component { name, path } => {
-                let mut component = Self::component(&mut self.moves, name, path)?;
-                component.keep().map_err(bad)
-            }
+            Corrects::Component { .. } => self.moves.session()?.keep().map_err(bad),
             Corrects::Board(on_board) => {
-                let done = on_board.board.keep();
+                on_board.board.keep();
                 on_board.release();
-                done.map_err(|error| bad_board(&on_board.port, error))
+                Ok(())
             }
         }
     }
@@ -360,17 +352,8 @@ impl Site<'_> {
     /// Puts back what was there before the first change.
     pub fn undo(&mut self) -> Result<(), BadInput> {
         match &mut self.corrects {
-            Corrects::Component { name, path } => {
-                let mut component = Self::component(&mut self.moves, name, path)?;
-                component.undo().map_err(bad)
-            }
-            Corrects::Board(on_board) => {
-                let done = on_board.board.undo();
-                if done.is_ok() {
-                    on_board.release();
-                }
-                done.map_err(|error| bad_board(&on_board.port, error))
-            }
+            Corrects::Component { .. } => self.moves.session()?.undo().map_err(bad),
+            Corrects::Board(on_board) => on_board.undo(),
         }
     }
 }
@@ -378,11 +361,8 @@ impl Site<'_> {
 impl Drop for Site<'_> {
     /// A board does again what it did before, unless the new compensation was kept. (The session does that for LinuxCNC.)
     fn drop(&mut self) {
-        let Corrects::Board(on_board) = &mut self.corrects else {
-            return;
-        };
-        if on_board.board.undo().is_ok() {
-            on_board.release();
+        if let Corrects::Board(on_board) = &mut self.corrects {
+            let _ = on_board.undo();
         }
     }
 }

@@ -5,9 +5,9 @@ use crate::commands::{files, screen};
 use serde::Serialize;
 use std::path::Path;
 use trueaxis::Policy;
+use trueaxis_model::policy::PolicyName;
 use trueaxis_tables::compile::{FINEST, Full, Refusal};
 use trueaxis_tables::made::VerifiedFigures;
-use trueaxis_tables::policy::PolicyName;
 use trueaxis_tables::target::{Shortage, Target};
 
 /// If the tables leave a tenth of the error that uncertain parameters leave, they add only half a percent to it
@@ -74,27 +74,30 @@ pub fn print(
 }
 
 impl CompileAnswer<'_> {
+    fn text(&self, verified: &VerifiedFigures<'_>, verdict: &str) -> String {
+        let mut text = format!("{}: {}\n", self.file.display(), self.machine);
+        text += &screen::size(&verified.size);
+        text += &screen::zero(self.zero_at);
+        if self.is_verbose {
+            text += &screen::policy(self.stored);
+            text.push('\n');
+            text += &screen::quality(verified.verification, self.tolerance_um);
+            text += &screen::uncertainty(verified.uncertainty);
+            text.push('\n');
+            text += &screen::bounds(verified.axes, &verified.verification.travel.largest);
+            text += &screen::largest(self.stored, verified.axes);
+        } else {
+            text.push('\n');
+            text += &screen::summary(verified.verification);
+        }
+        text += verdict;
+        text += &screen::tool_length(verified.verification);
+        text + &screen::reversals(verified.reversals)
+    }
+
     fn print(&self, verdict: &str, json: bool) -> Result<(), BadInput> {
         if !json && let Some(verified) = &self.verified {
-            let mut text = format!("{}: {}\n", self.file.display(), self.machine);
-            text += &screen::size(&verified.size);
-            text += &screen::zero(self.zero_at);
-            if self.is_verbose {
-                text += &screen::policy(self.stored);
-                text.push('\n');
-                text += &screen::quality(verified.verification, self.tolerance_um);
-                text += &screen::uncertainty(verified.uncertainty);
-                text.push('\n');
-                text += &screen::bounds(verified.axes, &verified.verification.travel.largest);
-                text += &screen::largest(self.stored, verified.axes);
-            } else {
-                text.push('\n');
-                text += &screen::summary(verified.verification);
-            }
-            text += verdict;
-            text += &screen::tool_length(verified.verification);
-            text += &screen::reversals(verified.reversals);
-            files::print(&text)?;
+            files::print(&self.text(verified, verdict))?;
         }
         if let Some(verified) = &self.verified {
             for note in verified.notes {

@@ -9,12 +9,12 @@ use crate::commands::verdict;
 use std::path::PathBuf;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::policy::{stored, tolerance_urad};
+use trueaxis_model::validate::Runtime;
 use trueaxis_report::{self as report, ReportedCompensation};
 use trueaxis_tables::compile;
 use trueaxis_tables::made::{Made, VerifiedFigures, Whole};
-use trueaxis_tables::policy::{stored, tolerance_urad};
 use trueaxis_tables::target::Target;
-use trueaxis_tables::validate::Runtime;
 
 /// A compensation to make, and the file that it is for.
 pub struct WantedFile {

@@ -8,13 +8,13 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::cec::{
-    self, CecOptions, CecPlan, CecProof, CecTolerance, LongProducts, NamedAxes, Note, TableLimits,
-    plan, print, prove,
+use trueaxis_export::cec::{
+    self, AxisDifference, CecOptions, CecPlan, CecProof, CecTolerance, LongProducts, NamedAxes,
+    Note, TableLimits, plan, print, prove,
 };
+use trueaxis_model::policy::{of_blob, tolerance_urad};
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile::Progress;
-use trueaxis_tables::policy::{of_blob, tolerance_urad};
-use trueaxis_tables::validate::Runtime;
 
 /// Write a compensation as tables of a Sinumerik 840D or 828D (CEC)
 ///
@@ -128,12 +128,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let options = arguments.options(factor_tables, tolerance);
     let made = plan(compensation, &axes, &options)
         .map_err(|e| BadInput::new(format!("{}: {e}", path.display()), e.remedy()))?;
-    let machine = match &arguments.machine {
-        Some(path) => Some(files::read_machine(path)?),
-        None => None,
-    };
+    let machine = arguments.machine.as_deref().map(files::read_machine);
+    let machine = machine.transpose()?;
     let length = made.length.or(machine.map(|m| m.tool_length()));
-    let comments = comments(compensation, factor_tables, length, &made, &axes);
+    let comments = cec::comments(compensation, factor_tables, length, &made, &axes);
     let first = options.limits.first;
     let text = print(&made.tables, &axes, first, &comments);
     let verification = arguments.read_again(&text, &runtime, &axes, &made, factor_tables)?;
@@ -149,17 +147,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         tables: made.tables.len(),
         first_table: first,
         values: made.tables.iter().map(cec::CecTable::stored).collect(),
-        largest_factor: largest_factor(&made),
+        largest_factor: made.largest_factor(),
         tool_length_mm: length,
         tolerance,
         meets_tolerance: meets,
         notes: &made.notes,
         verification: &verification,
     };
-    match arguments.json {
-        true => files::print_json(&answer)?,
-        false => files::print(&screen(&answer, &made, &axes))?,
-    }
+    files::print_answer(arguments.json, &answer, || screen(&answer, &made, &axes))?;
     Ok(warned(&made, tolerance, meets))
 }
 
@@ -255,90 +250,6 @@ impl Arguments {
     }
 }
 
-/// The largest table that multiplies another one.
-fn largest_factor(plan: &CecPlan) -> f32 {
-    let named = cec::named(&plan.tables);
-    let factors = plan
-        .tables
-        .iter()
-        .zip(named)
-        .filter(|(t, named)| *named || t.times.is_some());
-    factors.map(|(table, _)| table.peak()).fold(0.0, f32::max)
-}
-
-fn said(factor_tables: cec::FactorTables) -> &'static str {
-    match factor_tables {
-        cec::FactorTables::Added => "added",
-        cec::FactorTables::NotAdded => "not-added",
-    }
-}
-
-fn for_tool(length: Option<f64>) -> String {
-    match length {
-        Some(length) => format!("{length} mm"),
-        None => "the length in the machine file it was compiled with".to_owned(),
-    }
-}
-
-/// Comments at the start of the file.
-fn comments<C: trueaxis::Room>(
-    compensation: &trueaxis::Compensation<'_, C>,
-    factor_tables: cec::FactorTables,
-    length: Option<f64>,
-    plan: &CecPlan,
-    axes: &NamedAxes,
-) -> Vec<String> {
-    let most = plan.tables.iter().map(cec::CecTable::stored).max();
-    let mut comments = vec![
-        format!("trueaxis: {}", compensation.machine()),
-        format!(
-            "for a controller with factor tables {}",
-            said(factor_tables)
-        ),
-        format!("for one tool length: {}", for_tool(length)),
-        format!(
-            "MD18342: at most {} values in a table",
-            most.unwrap_or_default()
-        ),
-    ];
-    for (axis, sum) in cec::largest_sums(&plan.tables, factor_tables) {
-        let rate = compensation.axes()[axis].rate_bound;
-        comments.extend(axis_limits(axes, axis, sum, rate.into()));
-    }
-    if plan.tables.iter().any(|table| table.times.is_some()) {
-        comments.push(
-            "leave SD41310 $SN_CEC_TABLE_WEIGHT of all tables as it is in this file: products have"
-                .to_owned(),
-        );
-        comments.push(
-            "their weights multiplied in, and another weight would part corrections that belong together"
-                .to_owned(),
-        );
-    }
-    comments
-}
-
-/// What the machine data of an axis must allow, rounded up: `sum` in mm or degrees, `rate` per second.
-fn axis_limits(axes: &NamedAxes, axis: usize, sum: f64, rate: f64) -> [String; 2] {
-    let name = axes.name(axis);
-    let sum = (sum * 1e6).ceil() / 1e6;
-    let up = |value: f64, step: f64| (value / step).ceil() * step;
-    // In the unit of MD32000.
-    let (unit, rate) = match axes.is_rotary(axis) {
-        true => (
-            "deg",
-            format!("{:.4} rev/min", up(rate * 60.0 / 360.0, 1e-4)),
-        ),
-        false => ("mm", format!("{:.1} mm/min", up(rate * 60.0, 0.1))),
-    };
-    [
-        format!(
-            "{name}: MD32710 $MA_CEC_ENABLE 1; MD32720 $MA_CEC_MAX_SUM at least {sum:.6} {unit}"
-        ),
-        format!("{name}: MD32730 $MA_CEC_MAX_VELO at least {rate}, as a percentage of MD32000"),
-    ]
-}
-
 fn screen(answer: &ExportCecAnswer<'_>, plan: &CecPlan, axes: &NamedAxes) -> String {
     let mut text = format!("{}: {}\n", answer.file.display(), answer.machine);
     let each: Vec<String> = (0..axes.axes.len())
@@ -352,14 +263,17 @@ fn screen(answer: &ExportCecAnswer<'_>, plan: &CecPlan, axes: &NamedAxes) -> Str
         answer.tables,
         answer.first_table,
         each.join(", "),
-        said(answer.factor_tables)
+        answer.factor_tables.name()
     );
     let most = answer.values.iter().max().copied().unwrap_or_default();
     text += &format!(
         "largest factor {:.4}; at most {most} values in a table (MD18342)\n",
         answer.largest_factor
     );
-    text += &format!("for one tool length: {}\n", for_tool(answer.tool_length_mm));
+    text += &format!(
+        "for one tool length: {}\n",
+        cec::for_tool(answer.tool_length_mm)
+    );
     if let Some(per_mm) = answer.verification.um_per_mm_of_tool_length {
         text += &format!("  corrections change by {per_mm:.4} µm per mm that the tool is longer\n");
     }
@@ -377,14 +291,13 @@ fn differences(verification: &CecProof) -> String {
         "\nread again, {} random positions\naxis  largest correction   differs by   on the other kind of controller by\n",
         verification.positions
     );
-    for a in &verification.axes {
+    for AxisDifference { own, other_reading } in &verification.axes {
         text += &format!(
-            "{}  {:>16.3} {u:<4} {:>12.4} {u:<4} {:>12.3} {u}\n",
-            a.axis,
-            a.largest,
-            a.difference,
-            a.other_reading,
-            u = a.unit
+            "{}  {:>16.3} {u:<4} {:>12.4} {u:<4} {other_reading:>12.3} {u}\n",
+            own.axis,
+            own.largest,
+            own.difference,
+            u = own.unit
         );
     }
     text

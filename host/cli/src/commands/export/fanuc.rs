@@ -6,8 +6,8 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
-use trueaxis_controllers::fanuc::{self, FanucError, FanucOptions, MOST_ALONG};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_export::fanuc::{self, FanucOptions, MOST_ALONG};
+use trueaxis_model::validate::Runtime;
 
 /// Write a compensation as the grid of a Fanuc 30i (three-dimensional error compensation)
 ///
@@ -65,17 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         positions: arguments.left.random.random as usize,
         seed: arguments.left.random.seed,
     };
-    let made = fanuc::export(&runtime, &options).map_err(|error| {
-        let remedy = match error {
-            FanucError::Axes(_) => "compile a machine with X, Y and Z",
-            FanucError::At(_) => "write --at with the letters of the rotary axes, like A=0,C=0",
-            FanucError::Large { .. } => "give the detection unit of the control with --unit",
-            FanucError::Read(_) => {
-                "this is a fault of trueaxis: please report it with the compensation"
-            }
-        };
-        BadInput::new(format!("{}: {error}", path.display()), remedy)
-    })?;
+    let made = fanuc::export(&runtime, &options).map_err(|error| super::refused(&error, path))?;
     let (table, text, found) = made;
     let [x, y, z] = table.magnification;
     let screen = format!(

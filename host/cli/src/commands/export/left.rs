@@ -1,29 +1,21 @@
 //! Options of every export that may leave something of a compensation, and what it left.
 
-use super::ExportVerdict;
-use crate::commands::number::positive;
+use super::LeftOptions;
 use crate::commands::random::RandomOptions;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::difference::Difference;
-use trueaxis_tables::policy::{of_blob, tolerance_urad};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_export::difference::Difference;
+use trueaxis_model::policy::{of_blob, tolerance_urad};
+use trueaxis_model::validate::Runtime;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Largest permitted difference from the compensation: µm, and as many µrad
-    #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
-    pub tolerance: f64,
-    /// Write even if more is left than the tolerance
-    #[arg(long)]
-    pub best_effort: bool,
+    #[command(flatten)]
+    options: LeftOptions,
     #[command(flatten)]
     pub random: RandomOptions,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// What was written, and what it leaves.
@@ -51,33 +43,24 @@ impl Arguments {
         stays: &str,
         more: &impl Serialize,
     ) -> Result<Outcome, BadInput> {
-        let urad = tolerance_urad(of_blob(runtime.compensation().policy()), self.tolerance);
-        let tolerance = |axis: &Difference| match axis.unit {
-            "µm" => self.tolerance,
-            _ => urad,
-        };
+        let um = self.options.tolerance;
+        let urad = tolerance_urad(of_blob(runtime.compensation().policy()), um);
+        let tolerance = |axis: &Difference| if axis.unit == "µm" { um } else { urad };
         let meets = found.iter().all(|axis| axis.difference <= tolerance(axis));
-        let verdict = ExportVerdict::new(meets, self.best_effort);
-        for (path, text) in texts.iter().filter(|_| verdict.written) {
-            if let Some(folder) = path.parent() {
-                files::make_folder(folder)?;
-            }
-            files::write(path, text.as_bytes())?;
-        }
-        if self.json {
-            files::print_json(&LeftAnswer {
-                files: texts.iter().map(|(path, _)| path.as_path()).collect(),
-                written: verdict.written,
-                meets_tolerance: meets,
-                tolerance_um: self.tolerance,
-                positions: self.random.random,
-                axes: found,
-                more,
-            })?;
-        } else {
-            files::print(&format!("{screen}{}", table(found, self.random.random)))?;
-        }
-        let remains = format!("more than {} µm remains", self.tolerance);
+        let verdict = self.options.write(texts, meets)?;
+        let answer = LeftAnswer {
+            files: texts.iter().map(|(path, _)| path.as_path()).collect(),
+            written: verdict.written,
+            meets_tolerance: meets,
+            tolerance_um: um,
+            positions: self.random.random,
+            axes: found,
+            more,
+        };
+        files::print_answer(self.options.json, &answer, || {
+            format!("{screen}{}", table(found, self.random.random))
+        })?;
+        let remains = format!("more than {um} µm remains");
         Ok(verdict.outcome(&remains, stays))
     }
 }

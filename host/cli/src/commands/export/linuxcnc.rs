@@ -6,8 +6,8 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::comp_file::{self, CompFile, ExportError, Type};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_linuxcnc::comp_file::{self, CompFile, ExportError, Type};
+use trueaxis_model::validate::Runtime;
 
 /// Write corrections that LinuxCNC makes by itself, joint by joint (COMP_FILE)
 ///

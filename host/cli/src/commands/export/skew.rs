@@ -1,14 +1,13 @@
 //! `trueaxis export klipper`, `marlin` and `reprapfirmware`
 
-use super::ExportVerdict;
-use crate::commands::number::positive;
+use super::{LeftOptions, refused};
 use crate::commands::random::RandomOptions;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::skew::{Firmware, SkewError, SkewFound, skew};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_export::skew::{Firmware, SkewFound, skew};
+use trueaxis_model::validate::Runtime;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -18,20 +17,13 @@ pub struct Arguments {
     /// Where to write the lines
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Largest permitted difference from the compensation
-    #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
-    tolerance: f64,
+    #[command(flatten)]
+    left: LeftOptions,
     /// Count scales as corrected, because you change the steps per mm as printed
     #[arg(long)]
     steps_changed: bool,
-    /// Write the lines even if more is left than the tolerance
-    #[arg(long)]
-    best_effort: bool,
     #[command(flatten)]
     random: RandomOptions,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
 }
 
 /// With a height map.
@@ -91,41 +83,31 @@ fn write(
     arguments: &Arguments,
     map: Option<(&Path, [usize; 2])>,
 ) -> Result<Outcome, BadInput> {
-    let Arguments {
-        blob: path,
-        output,
-        tolerance,
-        ..
-    } = arguments;
+    let (path, output) = (&arguments.blob, &arguments.output);
+    let tolerance = arguments.left.tolerance;
     files::prepare(output, &[path])?;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     let RandomOptions { random, seed } = arguments.random;
-    if let Some((to, _)) = map {
+    let (to, points) = map.unzip();
+    if let Some(to) = to {
         files::prepare(to, &[path])?;
     }
-    let points = map.map(|(_, points)| points);
     let made = skew(&runtime, firmware, points, random as usize, seed);
     let (text, found) = made.map_err(|error| refused(&error, path))?;
-    let verdict = ExportVerdict::new(arguments.is_met_by(&found), arguments.best_effort);
-    if verdict.written {
-        files::write(output, text.lines.as_bytes())?;
-        if let (Some((to, _)), Some(heights)) = (map, &text.map) {
-            files::write(to, heights.as_bytes())?;
-        }
-    }
-    match arguments.json {
-        true => files::print_json(&ExportSkewAnswer {
-            file: output,
-            height_map: map.map(|(to, _)| to),
-            firmware,
-            written: verdict.written,
-            meets_tolerance: verdict.meets,
-            tolerance_um: *tolerance,
-            found: &found,
-        })?,
-        false => files::print(&screen(&text.lines, &found))?,
-    }
+    let mut texts = vec![(output.clone(), text.lines.clone())];
+    texts.extend(to.map(Path::to_owned).zip(text.map));
+    let verdict = arguments.left.write(&texts, arguments.is_met_by(&found))?;
+    let answer = ExportSkewAnswer {
+        file: output,
+        height_map: to,
+        firmware,
+        written: verdict.written,
+        meets_tolerance: verdict.meets,
+        tolerance_um: tolerance,
+        found: &found,
+    };
+    files::print_answer(arguments.left.json, &answer, || screen(&text.lines, &found))?;
     let why = match map {
         None => "these lines correct squareness only",
         Some(_) => "these lines correct squareness, and the map Z over X and Y, only",
@@ -141,19 +123,9 @@ impl Arguments {
                 true => axis.left_with_steps_um,
                 false => axis.left_um,
             };
-            left <= self.tolerance
+            left <= self.left.tolerance
         })
     }
-}
-
-fn refused(error: &SkewError, path: &Path) -> BadInput {
-    let remedy = match error {
-        SkewError::Map(_) => "give fewer --points, or look at the values with `trueaxis inspect`",
-        _ => {
-            "compile a machine with three linear axes for it; `trueaxis gcode` corrects programs for any controller"
-        }
-    };
-    BadInput::new(format!("{}: {error}", path.display()), remedy)
 }
 
 fn screen(text: &str, found: &SkewFound) -> String {

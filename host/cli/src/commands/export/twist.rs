@@ -1,13 +1,13 @@
 //! `trueaxis export klipper-twist`
 
-use super::ExportVerdict;
+use super::{LeftOptions, refused};
 use crate::commands::files::MachineFiles;
-use crate::commands::number::{finite, positive, two};
+use crate::commands::number::{finite, two};
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::klipper::twist::{self, Lookup, NozzleProbe, TwistTable};
+use trueaxis_export::klipper::twist::{self, Lookup, NozzleProbe};
 
 /// Write the errors of a probe beside the nozzle on axes that twist (Klipper's axis_twist_compensation)
 ///
@@ -36,15 +36,8 @@ pub struct Arguments {
     /// Where to write the section
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Largest permitted error of a reading
-    #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
-    tolerance: f64,
-    /// Write the section even if more is left than the tolerance
-    #[arg(long)]
-    best_effort: bool,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    left: LeftOptions,
 }
 
 #[derive(Serialize)]
@@ -60,45 +53,33 @@ struct TwistAnswer<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments {
-        output,
-        tolerance,
-        lookup,
-        ..
-    } = arguments;
+    let Arguments { output, lookup, .. } = arguments;
+    let tolerance_um = arguments.left.tolerance;
     let (machine, errors) = arguments.files.read()?;
     files::prepare(output, &[&arguments.files.machine, &arguments.files.errors])?;
-    let bad = |error: twist::TwistError| {
-        BadInput::new(
-            format!("{}: {error}", arguments.files.machine.display()),
-            "give --probe x_offset and y_offset of [probe], and the machine file of a printer with X, Y and Z",
-        )
-    };
+    let bad = |error| refused(&error, &arguments.files.machine);
     let offset = two(&arguments.probe, "--probe", "mm")?;
     let probe = NozzleProbe::new(&machine, &errors, offset, arguments.bed).map_err(bad)?;
     let points = arguments.points.into();
     let tables = probe.tables(points, *lookup).map_err(bad)?;
     let text = twist::print(&tables, *lookup);
-    let again = read_again(&text)?;
+    let again = twist::read_again(&text).map_err(bad)?;
     let [largest_um, left_um] = probe.left(&again, *lookup).map_err(bad)?;
-    let verdict = ExportVerdict::new(left_um <= *tolerance, arguments.best_effort);
-    if verdict.written {
-        files::write(output, text.as_bytes())?;
-    }
+    let texts = [(output.clone(), text)];
+    let verdict = arguments.left.write(&texts, left_um <= tolerance_um)?;
     let answer = TwistAnswer {
         file: output,
         written: verdict.written,
         meets_tolerance: verdict.meets,
-        tolerance_um: *tolerance,
+        tolerance_um,
         largest_um,
         left_um,
     };
-    match arguments.json {
-        true => files::print_json(&answer)?,
-        false => files::print(&format!("{text}\n{}", screen(&answer, *lookup)))?,
-    }
+    files::print_answer(arguments.left.json, &answer, || {
+        format!("{}\n{}", texts[0].1, screen(&answer, *lookup))
+    })?;
     Ok(verdict.outcome(
-        &format!("more than {tolerance} µm remains"),
+        &format!("more than {tolerance_um} µm remains"),
         "the tables add a value over X and one over Y",
     ))
 }
@@ -116,18 +97,4 @@ fn screen(answer: &TwistAnswer<'_>, lookup: Lookup) -> String {
         answer.left_um,
         lookup.firmware(),
     )
-}
-
-/// The tables over X and Y, as the firmware reads them.
-fn read_again(text: &str) -> Result<[TwistTable; 2], BadInput> {
-    let fault = |message: String| {
-        BadInput::new(
-            message,
-            "this is a fault of trueaxis: please report it with the files",
-        )
-    };
-    match twist::read(text).map_err(|error| fault(error.message))? {
-        [Some(x), Some(y)] => Ok([x, y]),
-        _ => Err(fault("a table is not read again".to_owned())),
-    }
 }

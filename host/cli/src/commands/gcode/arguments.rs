@@ -258,9 +258,11 @@ impl Arguments {
         };
         let machine = plain(compensation.machine());
         let name = name_of(&self.compensation);
-        let backlash = match (self.backlash, tables.directional) {
-            (gcode::Backlash::Move, _) | (_, 0) => String::new(),
-            (backlash, _) => format!(", backlash {}", backlash.name()),
+        let backlash = match self.backlash.to_possible_value() {
+            Some(value) if self.backlash != gcode::Backlash::Move && tables.directional != 0 => {
+                format!(", backlash {}", value.get_name())
+            }
+            _ => String::new(),
         };
         let (original, sum) = (name_of(&self.program), checksum(&self.program)?);
         Ok(format!(

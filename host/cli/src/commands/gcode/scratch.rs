@@ -2,7 +2,7 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::{BufReader, BufWriter, ErrorKind, Result, Seek, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What is written into it can be read again.
 pub struct Scratch {
@@ -27,11 +27,6 @@ impl Scratch {
             }
         }
         Err(ErrorKind::AlreadyExists.into())
-    }
-
-    /// Where it is.
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// What was written, from its beginning.

@@ -234,6 +234,24 @@ fn left(report: &Report, options: &Options) -> String {
     text
 }
 
+/// Where the corrected program is not what was asked for.
+fn not_held(found: &CheckResult) -> String {
+    let mut text = String::new();
+    if found.excess_um > 0.0 {
+        text += &format!(
+            "  {:.2} µm farther from the corrected path than allowed in line {}\n",
+            found.excess_um, found.excess_line
+        );
+    }
+    if found.times_differ > 0 {
+        text += &format!(
+            "  the time of {} motions differs by more than 1 %, first in line {}\n",
+            found.times_differ, found.first_time_line
+        );
+    }
+    text
+}
+
 /// What the check says, for people.
 pub fn check(found: &CheckResult, options: &Options) -> String {
     let mut text = String::from("check: both programs read anew\n");
@@ -266,18 +284,7 @@ pub fn check(found: &CheckResult, options: &Options) -> String {
             text += &format!("  feed moves take {after:.2} {unit}, before {before:.2} {unit}\n");
         }
     }
-    if found.excess_um > 0.0 {
-        text += &format!(
-            "  {:.2} µm farther from the corrected path than allowed in line {}\n",
-            found.excess_um, found.excess_line
-        );
-    }
-    if found.times_differ > 0 {
-        text += &format!(
-            "  the time of {} motions differs by more than 1 %, first in line {}\n",
-            found.times_differ, found.first_time_line
-        );
-    }
+    text += &not_held(found);
     if let Some(path) = &found.tool_path {
         text += &tool(path, found.lines);
     }

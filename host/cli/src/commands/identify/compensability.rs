@@ -1,7 +1,7 @@
 //! How far a compensation has reduced each parameter.
 
 use super::super::quantity::{EXPANDED, shown};
-use trueaxis_measure::identify::{Compensability, Compensated};
+use trueaxis_identify::{Compensability, Compensated};
 
 /// A line for each parameter.
 pub fn compensability(text: &mut String, compared: Option<&Compensated>) {

@@ -1,6 +1,24 @@
 //! Explains how the chosen model differs from the one published for machines of this layout.
 
-use trueaxis_measure::identify::{Missing, Published};
+use trueaxis_identify::{Missing, Published};
+
+/// Why coefficients are missing, in words.
+const REASONS: [(Missing, &str); 5] = [
+    (
+        Missing::Constant,
+        "constants, which the location errors cover: ",
+    ),
+    (Missing::Confounded, "not distinguishable from those kept: "),
+    (
+        Missing::Idle,
+        "that do nothing here, or of whose axis no row says from where it came: ",
+    ),
+    (Missing::Degree, "that predict other positions no better: "),
+    (
+        Missing::Form,
+        "polynomials of endless axes, whose harmonics are kept: ",
+    ),
+];
 
 /// A line for each reason.
 pub fn published(text: &mut String, published: Option<&Published>) {
@@ -27,22 +45,7 @@ pub fn published(text: &mut String, published: Option<&Published>) {
         }
     };
     list(published.kept.len(), "kept here too", Vec::new());
-    for (why, what) in [
-        (
-            Missing::Constant,
-            "constants, which the location errors cover: ",
-        ),
-        (Missing::Confounded, "not distinguishable from those kept: "),
-        (
-            Missing::Idle,
-            "that do nothing here, or of whose axis no row says from where it came: ",
-        ),
-        (Missing::Degree, "that predict other positions no better: "),
-        (
-            Missing::Form,
-            "polynomials of endless axes, whose harmonics are kept: ",
-        ),
-    ] {
+    for (why, what) in REASONS {
         let names = published.missing.iter().filter(|(_, other)| *other == why);
         let names: Vec<String> = names.map(|(p, _)| p.to_string()).collect();
         list(names.len(), what, names);

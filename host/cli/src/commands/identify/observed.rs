@@ -1,8 +1,8 @@
 //! Observations of instruments in the output of `trueaxis identify`.
 
 use super::super::quantity::{EXPANDED, count};
-use super::study::StudyOutcome;
-use trueaxis_measure::identify::FoundSetup;
+use trueaxis_identify::FoundSetup;
+use trueaxis_study::StudyOutcome;
 
 /// What was measured, in words.
 pub fn counts(found: &StudyOutcome<'_>) -> String {

@@ -1,14 +1,14 @@
 //! Text output of `trueaxis identify`.
 
+use super::super::measured::motions;
 use super::super::quantity::{EXPANDED, count, shown};
 use super::super::unidentifiable;
 use super::compensability::compensability;
 use super::listed::published;
 use super::observed;
-use super::study::StudyOutcome;
-use super::tables;
 use super::thermal;
-use trueaxis_measure::identify::{Identified, Level, RowResult};
+use trueaxis_identify::{Identified, Level, RowResult};
+use trueaxis_study::StudyOutcome;
 
 /// Largest number of rows listed.
 const NAMED: usize = 10;
@@ -28,7 +28,10 @@ pub fn screen(found: &StudyOutcome<'_>, is_verbose: bool) -> String {
         observed::counts(found)
     );
     parameters(&mut text, identified);
-    tables::lines(&mut text, found);
+    if let Some(kept) = &found.kept {
+        text += "\nkept as tables\n";
+        motions(&mut text, found.machine, found.runs, kept);
+    }
     thermal::lines(&mut text, found);
     compensability(&mut text, found.compared.as_ref());
     if !measured.rows.is_empty() {

@@ -1,7 +1,24 @@
 //! Thermal terms in the output of `trueaxis identify`.
 
 use super::super::quantity::{EXPANDED, count, shown};
-use super::study::StudyOutcome;
+use trueaxis_identify::{FoundChange, Warmed};
+use trueaxis_study::StudyOutcome;
+
+fn term(warmed: &Warmed, change: &FoundChange) -> String {
+    let input = &warmed.model.inputs[change.input];
+    let (show, unit) = shown(change.parameter);
+    let lag = match warmed.lag_uncertainty[change.input] {
+        Some(u) => format!(", lag {:.0} ± {:.0} s", input.lag, EXPANDED * u * input.lag),
+        None => String::new(),
+    };
+    format!(
+        "  {:<8}{:>12} ±{:>10} {unit} per K of {}{lag}\n",
+        change.parameter.to_string(),
+        show(change.per_kelvin).trim(),
+        show(EXPANDED * change.uncertainty).trim(),
+        input.sensor
+    )
+}
 
 /// The terms, what they explain, and what was dropped.
 pub fn lines(text: &mut String, found: &StudyOutcome<'_>) {
@@ -14,21 +31,8 @@ pub fn lines(text: &mut String, found: &StudyOutcome<'_>) {
     if found.identified.thermal.is_empty() {
         *text += "  no temperature improves the prediction of left-out cycles\n";
     }
-    for change in &found.identified.thermal {
-        let input = &warmed.model.inputs[change.input];
-        let (show, unit) = shown(change.parameter);
-        let lag = match warmed.lag_uncertainty[change.input] {
-            Some(u) => format!(", lag {:.0} ± {:.0} s", input.lag, EXPANDED * u * input.lag),
-            None => String::new(),
-        };
-        *text += &format!(
-            "  {:<8}{:>12} ±{:>10} {unit} per K of {}{lag}\n",
-            change.parameter.to_string(),
-            show(change.per_kelvin).trim(),
-            show(EXPANDED * change.uncertainty).trim(),
-            input.sensor
-        );
-    }
+    let changes = found.identified.thermal.iter();
+    text.extend(changes.map(|change| term(warmed, change)));
     *text += &format!(
         "  residual of left-out cycles: {without:.2} µm without temperatures (rms of a coordinate)\n"
     );

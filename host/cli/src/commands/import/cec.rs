@@ -9,13 +9,11 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::{AlignedBlob, Auxiliary, AuxiliaryKind, Draft};
-use trueaxis_controllers::cec::{
-    self, CorrectionLimit, Limited, NamedAxes, ReadOptions, draft, read,
-};
+use trueaxis_export::cec::{self, CorrectionLimit, Limited, NamedAxes, ReadOptions, draft, read};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile::{AxisBounds, CompileError, Size, bounds_of};
-use trueaxis_tables::validate::Runtime;
 
 /// Convert tables of a Sinumerik 840D or 828D to a compensation
 ///
@@ -85,13 +83,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let policy = arguments.policy.stored()?;
     let found = read(&text.text, &reading).map_err(|e| text.bad(e))?;
+    let (tables, factor_tables) = (&found.tables, reading.factor_tables);
+    let auxiliaries = auxiliaries(&machine);
     let mut draft = draft(
         &machine.name,
         policy,
         &axes,
-        auxiliaries(&machine),
-        &found.tables,
-        reading.factor_tables,
+        auxiliaries,
+        tables,
+        factor_tables,
     );
     let (size, bounds) = arguments.bounded(&machine, &text, &mut draft)?;
     files::write(output, &encoded(&text, &draft)?)?;
@@ -101,19 +101,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     for warning in &warnings {
         eprintln!("warning: {warning}");
     }
-    if arguments.json {
-        files::print_json(&ImportCecAnswer {
-            file: output,
-            machine: &machine.name,
-            size,
-            warnings,
-            bounds: &bounds,
-        })?;
-    } else {
+    let answer = ImportCecAnswer {
+        file: output,
+        machine: &machine.name,
+        size,
+        warnings,
+        bounds: &bounds,
+    };
+    files::print_answer(arguments.json, &answer, || {
         let largest: Vec<f64> = bounds.iter().map(|b| b.largest).collect();
         let title = format!("{}: {}\n", output.display(), machine.name);
-        files::print(&(title + &screen::size(&size) + "\n" + &screen::bounds(&bounds, &largest)))?;
-    }
+        title + &screen::size(&answer.size) + "\n" + &screen::bounds(&bounds, &largest)
+    })?;
     Ok(Outcome::Done)
 }
 

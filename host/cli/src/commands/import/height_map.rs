@@ -7,10 +7,10 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::height_map::HeightMap;
-use trueaxis_controllers::klipper::{bed_mesh, kinematics, probe};
-use trueaxis_controllers::reprapfirmware;
-use trueaxis_measure::formats::observations;
+use trueaxis_export::height_map::HeightMap;
+use trueaxis_export::klipper::{bed_mesh, kinematics, probe};
+use trueaxis_export::reprapfirmware;
+use trueaxis_identify::formats::observations;
 use trueaxis_model::machine::{MAX_AXES, Machine};
 
 #[derive(Args)]
@@ -80,6 +80,27 @@ pub fn reprapfirmware(arguments: &Arguments) -> Result<Outcome, BadInput> {
     run(arguments, &map.map_err(|error| text.bad(error))?, None)
 }
 
+/// The machine's axes of a map, and Z.
+fn axes_of(
+    arguments: &Arguments,
+    map: &HeightMap,
+    machine: &Machine,
+) -> Result<[usize; 3], BadInput> {
+    let [a, b] = map.axes;
+    let index = |letter: char| {
+        machine.index(letter).ok_or_else(|| {
+            BadInput::new(
+                format!(
+                    "{}: the map is over {a} and {b}, and the machine has no axis {letter}",
+                    arguments.map.display()
+                ),
+                "give the machine file of this printer",
+            )
+        })
+    };
+    Ok([index(a)?, index(b)?, index('Z')?])
+}
+
 /// `probe` is where the probe is beside the nozzle: the axes stood at the places of the map minus it.
 fn run(
     arguments: &Arguments,
@@ -89,35 +110,21 @@ fn run(
     let Arguments { output, .. } = arguments;
     files::prepare(output, &[&arguments.map, &arguments.machine])?;
     let machine = files::read_machine(&arguments.machine)?;
-    let index = |letter: char| {
-        machine.index(letter).ok_or_else(|| {
-            BadInput::new(
-                format!(
-                    "{}: the map is over {} and {}, and the machine has no axis {letter}",
-                    arguments.map.display(),
-                    map.axes[0],
-                    map.axes[1]
-                ),
-                "give the machine file of this printer",
-            )
-        })
-    };
-    let [x, y, z] = [index(map.axes[0])?, index(map.axes[1])?, index('Z')?];
+    let axes = axes_of(arguments, map, &machine)?;
     let zero = zero(arguments, &machine)?;
-    let touches: Vec<_> = (map.touches().into_iter())
-        .map(|touch| {
-            let mut at = zero;
-            let [dx, dy] = probe.unwrap_or_default();
-            let stood = [touch[0] - dx, touch[1] - dy, touch[2]];
-            for (axis, value) in [x, y, z].into_iter().zip(stood) {
-                at[axis] += value;
-            }
-            (at, touch[2])
-        })
-        .collect();
+    let [dx, dy] = probe.unwrap_or_default();
+    let touches = map.touches().into_iter().map(|touch| {
+        let mut at = zero;
+        let stood = [touch[0] - dx, touch[1] - dy, touch[2]];
+        for (axis, value) in axes.into_iter().zip(stood) {
+            at[axis] += value;
+        }
+        (at, touch[2])
+    });
+    let touches: Vec<_> = touches.collect();
     let heights = || touches.iter().map(|(_, height)| *height);
     let name = output.file_stem().unwrap_or_default().to_string_lossy();
-    let found = observations::of_surface(&name, z, &touches);
+    let found = observations::of_surface(&name, axes[2], &touches);
     files::write(output, observations::write(&found, &machine).as_bytes())?;
     let answer = HeightMapAnswer {
         file: output,
@@ -126,10 +133,7 @@ fn run(
         highest_mm: heights().fold(f64::NEG_INFINITY, f64::max),
         probe_mm: probe,
     };
-    match arguments.json {
-        true => files::print_json(&answer)?,
-        false => files::print(&said(&answer))?,
-    }
+    files::print_answer(arguments.json, &answer, || said(&answer))?;
     Ok(Outcome::Done)
 }
 

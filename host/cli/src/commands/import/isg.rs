@@ -4,7 +4,7 @@ use crate::commands::files::Text;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use std::path::PathBuf;
-use trueaxis_controllers::isg::{self, IsgParameters};
+use trueaxis_export::isg::{self, IsgParameters};
 
 /// Read error parameters for ISG and Beckhoff (TF5280): their CSV, or the exchange format of Etalon (Vendor)
 ///

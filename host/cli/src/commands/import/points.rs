@@ -9,12 +9,12 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::{Draft, DraftGrid, GridAxis, Notes, SampleFormat};
-use trueaxis_controllers::sampled::{Nodes, SampledGrid};
-use trueaxis_controllers::surface;
+use trueaxis_export::sampled::{Nodes, SampledGrid};
+use trueaxis_export::surface;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile::AxisBounds;
 use trueaxis_tables::compile::extended::{draft, nothing, with_grid};
-use trueaxis_tables::validate::Runtime;
 
 /// Read the heights of a surface that was probed over X and Y as a compensation of Z
 ///
@@ -105,10 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         lowest_mm: heights().fold(f64::INFINITY, f64::min),
         highest_mm: heights().fold(f64::NEG_INFINITY, f64::max),
     };
-    match arguments.json {
-        true => files::print_json(&answer)?,
-        false => files::print(&said(&answer))?,
-    }
+    files::print_answer(arguments.json, &answer, || said(&answer))?;
     Ok(Outcome::Done)
 }
 

@@ -1,13 +1,14 @@
 //! `trueaxis import klipper-twist`
 
 use super::height_map::probe_offset;
+use crate::commands::export::refused;
 use crate::commands::files::Text;
 use crate::commands::number::finite;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use std::path::PathBuf;
-use trueaxis_controllers::klipper::kinematics;
-use trueaxis_controllers::klipper::twist::{self, NozzleProbe};
+use trueaxis_export::klipper::kinematics;
+use trueaxis_export::klipper::twist::{self, NozzleProbe};
 use trueaxis_model::errors::ErrorModel;
 
 /// Read the twist that Klipper has measured (axis_twist_compensation) as roll of X and Y
@@ -49,12 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     })?;
     let found = NozzleProbe::new(&machine, &perfect, offset, 0.0)
         .and_then(|probe| twist::errors(&probe, &tables));
-    let found = found.map_err(|error| {
-        BadInput::new(
-            format!("{}: {error}", text.name),
-            "give --probe x_offset and y_offset of [probe], and the machine file of this printer",
-        )
-    })?;
+    let found = found.map_err(|error| refused(&error, table))?;
     files::write(output, found.as_bytes())?;
     let motions = ["EAX", "EBY"].into_iter();
     let motions: Vec<&str> = motions.filter(|name| found.contains(name)).collect();

@@ -7,10 +7,8 @@ use crate::commands::files;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::{
-    Against, Configuration, Finding, Severity, check, unfit, unsuited,
-};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_linuxcnc::{Against, Configuration, Finding, Severity, check, unfit, unsuited};
+use trueaxis_model::validate::Runtime;
 
 /// Check whether a compensation fits the configuration of LinuxCNC
 ///
@@ -121,12 +119,8 @@ fn next(arguments: &Arguments, configuration: &Configuration, refused: usize) ->
     let Arguments { ini, blob, .. } = arguments;
     let again = |machine: Option<&Path>| {
         let machine = machine.map(|path| format!(" --machine {}", path.display()));
-        format!(
-            "trueaxis linuxcnc check {} {}{}",
-            ini.display(),
-            blob.display(),
-            machine.unwrap_or_default()
-        )
+        let (ini, blob, machine) = (ini.display(), blob.display(), machine.unwrap_or_default());
+        format!("trueaxis linuxcnc check {ini} {blob}{machine}")
     };
     let given = arguments.machine.as_deref();
     if let Some(unfit) = unfit(configuration).first() {
@@ -136,7 +130,6 @@ fn next(arguments: &Arguments, configuration: &Configuration, refused: usize) ->
         return format!("correct the errors above, then {}", again(given));
     }
     if configuration.hal.load("trueaxis").is_none() {
-        let folder = configuration::folder(ini);
         return match ini.with_file_name("trueaxis.hal").exists() {
             true => format!(
                 "write HALFILE = trueaxis.hal below [HAL], then {}",
@@ -145,7 +138,7 @@ fn next(arguments: &Arguments, configuration: &Configuration, refused: usize) ->
             false => format!(
                 "trueaxis linuxcnc setup {} -o {} --install",
                 ini.display(),
-                folder.display()
+                configuration::folder(ini).display()
             ),
         };
     }
@@ -156,14 +149,16 @@ fn next(arguments: &Arguments, configuration: &Configuration, refused: usize) ->
     if given.is_none() && described.exists() {
         return again(Some(&described));
     }
-    let commands = configuration.ini.all("DISPLAY", "EMBED_TAB_COMMAND");
-    let has_panel = { commands }.any(|entry| entry.value.contains("trueaxis-panel"));
-    let enable = match has_panel {
+    let ini = ini.display();
+    let enable = enable(configuration);
+    format!("linuxcnc {ini}, home, look at the corrections, then {enable}")
+}
+
+/// How to switch the compensation on.
+fn enable(configuration: &Configuration) -> &'static str {
+    let mut commands = configuration.ini.all("DISPLAY", "EMBED_TAB_COMMAND");
+    match commands.any(|entry| entry.value.contains("trueaxis-panel")) {
         true => "press Enable in the tab Compensation",
         false => "trueaxis control --hal enable",
-    };
-    format!(
-        "linuxcnc {}, home, look at the corrections, then {enable}",
-        ini.display()
-    )
+    }
 }

@@ -3,7 +3,7 @@
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::{self, Configuration, Import};
+use trueaxis_linuxcnc::{Configuration, Import};
 use trueaxis_model::source::{FileError, Named};
 
 /// Folder of LinuxCNC's own HAL files in the Debian package.
@@ -88,7 +88,7 @@ pub fn version() -> String {
 pub fn imported(ini: &Path, configuration: &Configuration) -> Result<Vec<Import>, BadInput> {
     let folder = folder(ini);
     let open = |name: &str| open(&folder, name);
-    let found = linuxcnc::imported(configuration, &open);
+    let found = trueaxis_linuxcnc::imported(configuration, &open);
     found.map_err(|error| match Text::read(ini) {
         Ok(text) => bad(&text, error),
         Err(bad) => bad,

@@ -46,21 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     } = arguments;
     files::prepare(output, &[&files.machine, &files.errors])?;
     let (machine, errors) = files.read()?;
-    let sensors = &errors.sensors;
-    let mut names: Vec<&str> = Vec::new();
-    for sensor in sensors {
-        if !names.contains(&sensor.sensor.as_str()) {
-            names.push(&sensor.sensor);
-        }
-    }
-    let followed = |sensor: &Thermal| names.iter().position(|name| *name == sensor.sensor);
-    let stored: Vec<Sensor> = (sensors.iter())
-        .map(|sensor| Sensor {
-            reading: followed(sensor).unwrap_or_default(),
-            reference: sensor.reference_celsius,
-            lag: sensor.lag,
-        })
-        .collect();
+    let (names, stored) = followed(&errors.sensors);
     let model = Stored::write(&machine.name, &machine, &errors, &stored).ok_or_else(|| {
         BadInput::new(
             format!(
@@ -79,18 +65,34 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         bytes: model.len(),
         temperatures: names.clone(),
     };
-    if *json {
-        files::print_json(&answer)?;
-    } else {
-        files::print(&format!(
+    files::print_answer(*json, &answer, || {
+        format!(
             "{}: {} with axes {axes}, {} bytes{}\n",
             output.display(),
             machine.name,
             model.len(),
             pins(&names)
-        ))?;
-    }
+        )
+    })?;
     Ok(Outcome::Done)
+}
+
+/// The names of temperatures, and the sensors that follow them.
+fn followed(sensors: &[Thermal]) -> (Vec<&str>, Vec<Sensor>) {
+    let mut names: Vec<&str> = Vec::new();
+    for sensor in sensors {
+        if !names.contains(&sensor.sensor.as_str()) {
+            names.push(&sensor.sensor);
+        }
+    }
+    let reading = |sensor: &Thermal| names.iter().position(|name| *name == sensor.sensor);
+    let stored = sensors.iter().map(|sensor| Sensor {
+        reading: reading(sensor).unwrap_or_default(),
+        reference: sensor.reference_celsius,
+        lag: sensor.lag,
+    });
+    let stored = stored.collect();
+    (names, stored)
 }
 
 /// Which pin has which temperature, in words.

@@ -8,7 +8,7 @@ use crate::commands::number::positive;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::{
+use trueaxis_linuxcnc::{
     Configuration, Finding, MachineFacts, PANEL, SetupFiles, Severity, beforehand, install, setup,
     unknown_pivot,
 };
@@ -72,45 +72,36 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let ini = &arguments.ini;
     let configuration = arguments.configuration()?;
     let findings = beforehand(&configuration);
+    let letters = configuration.module.letters.clone();
     if findings.iter().any(|f| f.severity == Severity::Refused) {
-        let letters = configuration.module.letters.clone();
         return arguments.refused(letters, findings);
     }
     let written = arguments.made(&configuration, &findings)?;
     arguments.prepare(&written)?;
-    let changed = match arguments.install {
-        true => Some(with_lines(ini, &written[0].0)?),
-        false => None,
-    };
+    let changed = (arguments.install).then(|| with_lines(ini, &written[0].0, &[]));
+    let changed = changed.transpose()?;
     // Without the explanation of the mark in the head.
     let to_check = written.iter().map(|(_, text)| marks(text)).sum::<usize>() - 1;
     for (file, text) in &written {
         files::write(file, text.as_bytes())?;
     }
-    let letters = configuration.module.letters.clone();
-    let mut files: Vec<PathBuf> = written.into_iter().map(|(file, _)| file).collect();
+    let files: Vec<PathBuf> = written.into_iter().map(|(file, _)| file).collect();
     if let Some(changed) = &changed {
         changed.write(ini)?;
     }
     let copy = changed.map(|changed| changed.copy);
-    if arguments.json {
-        files.extend(copy);
-        return files::print_json(&SetupAnswer {
-            files,
-            joints: letters,
-            to_check,
-            findings,
-        })
-        .map(|()| Outcome::Done);
-    }
-    let mut shown = text(
-        arguments,
-        &letters,
-        &files,
-        copy.as_deref(),
+    let mut answer = SetupAnswer {
+        files,
+        joints: letters,
         to_check,
-        &findings,
-    );
+        findings,
+    };
+    if arguments.json {
+        answer.files.extend(copy);
+        files::print_json(&answer)?;
+        return Ok(Outcome::Done);
+    }
+    let mut shown = text(arguments, &answer, copy.as_deref());
     if let (Some(unknown), None) = (unknown_pivot(&configuration), arguments.pivot) {
         shown += &format!("{unknown}. Measure it, and give --pivot\n");
     }
@@ -187,7 +178,7 @@ impl Arguments {
 
     /// Makes the folder; refuses files that are there already, unless they may be replaced.
     fn prepare(&self, written: &[(PathBuf, String)]) -> Result<(), BadInput> {
-        make(&self.output)?;
+        files::make_folder(&self.output)?;
         for (file, _) in written {
             files::prepare(file, &[&self.ini])?;
             if !self.overwrite && file.symlink_metadata().is_ok() {
@@ -265,16 +256,8 @@ impl Changed {
     }
 }
 
-fn with_lines(ini: &Path, hal: &Path) -> Result<Changed, BadInput> {
-    with_lines_without(ini, hal, &[])
-}
-
 /// Adds the lines for component and panel, and makes comments of the lines `taken_out`.
-pub fn with_lines_without(
-    ini: &Path,
-    hal: &Path,
-    taken_out: &[usize],
-) -> Result<Changed, BadInput> {
+pub fn with_lines(ini: &Path, hal: &Path, taken_out: &[usize]) -> Result<Changed, BadInput> {
     let before = Text::read(ini)?.text;
     let folder = configuration::folder(ini);
     // LinuxCNC looks from the folder of the INI file.
@@ -313,49 +296,32 @@ pub fn kept_at(file: &Path, contents: &[u8]) -> Result<PathBuf, BadInput> {
     })
 }
 
-/// Makes the folder if it is missing.
-fn make(folder: &Path) -> Result<(), BadInput> {
-    std::fs::create_dir_all(folder).map_err(|e| {
-        BadInput::new(
-            format!("{}: the folder cannot be made: {e}", folder.display()),
-            "give -o another folder",
-        )
-    })
-}
-
-fn text(
-    arguments: &Arguments,
-    letters: &str,
-    files: &[PathBuf],
-    copy: Option<&Path>,
-    to_check: usize,
-    findings: &[Finding],
-) -> String {
+fn text(arguments: &Arguments, answer: &SetupAnswer, copy: Option<&Path>) -> String {
+    let SetupAnswer {
+        files,
+        joints: letters,
+        to_check,
+        findings,
+    } = answer;
     let ini = arguments.ini.display();
     let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
     let (hal, machine) = (&names[0], &names[1]);
     let mut text = format!(
         "{hal}: joints {letters}\n{machine}: to be completed where it says CHECK ({to_check} in all files)\n"
     );
-    let errors = match names.get(2) {
-        Some(errors) => {
-            text += &format!(
-                "{errors}: what COMP_FILE and BACKLASH compensate, to be taken out of the INI file\n"
-            );
-            errors
-        }
-        None => "errors.toml",
-    };
-    for finding in findings {
-        text += &format!("{finding}\n");
-    }
+    let errors = names.get(2);
+    text.extend(errors.map(|errors| {
+        format!(
+            "{errors}: what COMP_FILE and BACKLASH compensate, to be taken out of the INI file\n"
+        )
+    }));
+    let errors = errors.map_or("errors.toml", String::as_str);
+    text.extend(findings.iter().map(|finding| format!("{finding}\n")));
     if !findings.is_empty() {
         text += &format!("{}\n", configuration::version());
     }
-    text += &format!(
-        "next: trueaxis compile {machine} {errors} -o {}\n",
-        arguments.file
-    );
+    let blob = &arguments.file;
+    text += &format!("next: trueaxis compile {machine} {errors} -o {blob}\n");
     if let Some(copy) = copy {
         let copy = copy.display();
         return text
@@ -365,7 +331,6 @@ fn text(
         "then below [HAL] of {ini}, after the other HALFILE lines: HALFILE = trueaxis.hal\n\
          for the panel, below [DISPLAY]:\n"
     );
-    PANEL
-        .iter()
-        .fold(text, |text, line| text + "  " + line + "\n")
+    text.extend(PANEL.iter().map(|line| format!("  {line}\n")));
+    text
 }

@@ -4,7 +4,7 @@ mod asked;
 mod written;
 
 use super::configuration;
-use super::setup::{Changed, name, on_table, with_lines_without};
+use super::setup::{Changed, name, on_table, with_lines};
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
@@ -12,11 +12,11 @@ use crate::commands::number::positive;
 use asked::StartSensor;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::{
+use trueaxis_direct::{Single, simple_error_file, without_readings};
+use trueaxis_linuxcnc::{
     Compensated, Configuration, Finding, Import, MachineFacts, SetupFiles, Severity, beforehand,
     remove, setup, unknown_pivot,
 };
-use trueaxis_measure::direct::{Single, simple_error_file, without_readings};
 use written::StartFiles;
 
 /// Ask for the machine and its measurements, and make a first compensation
@@ -165,7 +165,7 @@ impl FoundConfiguration<'_> {
             return Ok(());
         };
         let accepted = self.compensated().accepts_reading(letters[axis], kept);
-        accepted.map_err(|error| BadInput::new(error.to_string(), error.remedy()))
+        accepted.map_err(|error| BadInput::new(error.error, error.remedy))
     }
 
     /// The error file to which readings are added.
@@ -179,7 +179,7 @@ impl FoundConfiguration<'_> {
             .compensated()
             .to_keep(made, old.map(|old| old.text.as_str()))
             .map_err(|error| {
-                BadInput::new(format!("{}: {error}", errors.display()), error.remedy())
+                BadInput::new(format!("{}: {error}", errors.display()), error.remedy)
             })?;
         // A set-up that is made again has none.
         Ok(kept.map(|text| without_readings(&text)))
@@ -260,7 +260,7 @@ impl Arguments {
             .iter()
             .flat_map(|i| i.lines(found.configuration));
         let taken_out: Vec<usize> = lines.collect();
-        let changed = with_lines_without(found.ini, hal, &taken_out)?;
+        let changed = with_lines(found.ini, hal, &taken_out)?;
         let writes = match self.install {
             true => true,
             false => self.agrees(&format!(

@@ -2,17 +2,19 @@
 
 use crate::commands::screen::{self, number};
 use trueaxis::Policy;
-use trueaxis_measure::compare::{ComparisonRecord, SchemeCost, SchemeRecord, SinglesRecord};
-use trueaxis_tables::validate::Quality;
+use trueaxis_model::validate::Quality;
+use trueaxis_report::scheme_comparison::{
+    ComparisonRecord, SchemeCost, SchemeRecord, SinglesRecord,
+};
 
 /// Three tables: the resources of each scheme, its quality, and what it leaves of each parameter.
-pub fn comparison(found: &ComparisonRecord<'_>, policy: Policy) -> String {
+pub fn comparison(found: &ComparisonRecord, policy: Policy) -> String {
     let mut text = format!("{}, for {}\n", found.machine, found.target);
-    text += &screen::zero(found.zero_at);
+    text += &screen::zero(found.zero_at.as_deref());
     text += &screen::policy(policy);
     let able = || {
         let all = found.schemes.iter();
-        all.filter_map(|one| Some((one.scheme, one.figures.as_ref()?)))
+        all.filter_map(|one| Some((one.scheme.as_str(), one.figures.as_ref()?)))
     };
     text += &format!(
         "\n{:<14}{:>8}{:>8}{:>8}{:>10}{:>10}{:>14}\n",
@@ -25,7 +27,7 @@ pub fn comparison(found: &ComparisonRecord<'_>, policy: Policy) -> String {
             size.tables, size.terms, size.grids, size.samples, size.bytes, figures.instructions
         );
     }
-    quality(&mut text, found.before, able());
+    quality(&mut text, found.before.as_ref(), able());
     gone(&mut text, &able().collect::<Vec<_>>());
     let remarks: Vec<String> = found.schemes.iter().flat_map(remarks).collect();
     if !remarks.is_empty() {
@@ -37,7 +39,7 @@ pub fn comparison(found: &ComparisonRecord<'_>, policy: Policy) -> String {
 fn quality<'b>(
     text: &mut String,
     before: Option<&Quality>,
-    able: impl Iterator<Item = (&'b str, &'b SchemeCost<'b>)>,
+    able: impl Iterator<Item = (&'b str, &'b SchemeCost)>,
 ) {
     *text += &format!(
         "\n{:<14}{:>27}{:>29}{:>20}\n",
@@ -51,7 +53,7 @@ fn quality<'b>(
     for (name, figures) in able {
         *text += &format!(
             "{name:<14}{}{:>10}{:>10}\n",
-            row(figures.after),
+            row(&figures.after),
             number(figures.difference_um),
             number(figures.difference_urad)
         );
@@ -59,7 +61,7 @@ fn quality<'b>(
 }
 
 /// The removed share of each parameter.
-fn gone(text: &mut String, able: &[(&str, &SchemeCost<'_>)]) {
+fn gone(text: &mut String, able: &[(&str, &SchemeCost)]) {
     let mut parameters: Vec<&String> = able
         .iter()
         .flat_map(|(_, figures)| figures.compensability.keys())
@@ -71,7 +73,7 @@ fn gone(text: &mut String, able: &[(&str, &SchemeCost<'_>)]) {
         *text += &format!("\n{:<14}{names}\n", "compensability");
     }
     for parameter in parameters {
-        let shown = |figures: &SchemeCost<'_>| {
+        let shown = |figures: &SchemeCost| {
             let part = figures.compensability.get(parameter).copied().flatten();
             part.map_or("-".to_owned(), |part| format!("{:.2} %", 100.0 * part))
         };
@@ -91,14 +93,14 @@ fn gone(text: &mut String, able: &[(&str, &SchemeCost<'_>)]) {
 }
 
 /// Remarks that do not fit into the tables, one line each.
-fn remarks(scheme: &SchemeRecord<'_>) -> Vec<String> {
+fn remarks(scheme: &SchemeRecord) -> Vec<String> {
     let mut lines = Vec::new();
     if let (Some(reason), Some(remedy)) = (&scheme.reason, scheme.remedy) {
         lines.push(format!("cannot do this machine: {reason} ({remedy})"));
     }
     if let Some(figures) = &scheme.figures {
         lines.extend(figures.notes.iter().cloned());
-        if let Some(held) = figures.held {
+        if let Some(held) = &figures.held {
             let after = &held.found.after.translation_um;
             let axes = held.axes.iter();
             let axes: Vec<String> = axes.map(|(axis, q)| format!("{axis} = {q}")).collect();
@@ -117,7 +119,7 @@ fn remarks(scheme: &SchemeRecord<'_>) -> Vec<String> {
 }
 
 fn row(quality: &Quality) -> String {
-    let three = |s: &trueaxis_tables::validate::Statistics| {
+    let three = |s: &trueaxis_model::validate::Statistics| {
         let values = [s.mean, s.rms, s.max].map(number);
         format!("{:>9}{:>9}{:>9}", values[0], values[1], values[2])
     };
@@ -129,9 +131,9 @@ fn row(quality: &Quality) -> String {
 }
 
 /// A line for each parameter.
-pub fn singles(found: &SinglesRecord<'_>, policy: Policy) -> String {
+pub fn singles(found: &SinglesRecord, policy: Policy) -> String {
     let mut text = format!("{}, each error by itself\n", found.machine);
-    text += &screen::zero(found.zero_at);
+    text += &screen::zero(found.zero_at.as_deref());
     text += &screen::policy(policy);
     let names: String = (found.schemes.iter())
         .map(|name| format!("{name:>28}"))

@@ -8,8 +8,9 @@ use super::disturbed::Disturbed;
 use super::runs::{output, position};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::simulate::ballbar::{SimulatedCircle, circle, write};
+use trueaxis_direct::simulate::ballbar::{SimulatedCircle, circle, write};
 use trueaxis_model::explain::Bench;
+use trueaxis_model::machine::{Axis, Machine};
 
 /// Simulate a circular test (ISO 230-4) with a ball-bar, in both directions
 #[derive(Args)]
@@ -48,42 +49,15 @@ impl Ballbar {
         }
         let (machine, errors) = self.files.read()?;
         let bench = Bench::new(&machine, &errors, Default::default());
-        let linear = |letter: char| {
-            let index = machine.index(letter)?;
-            (!machine.axes[index].letter.is_rotary()).then_some(index)
-        };
-        let axes: Vec<Option<usize>> = self.plane.chars().map(linear).collect();
-        let plane = match axes[..] {
-            [Some(a), Some(b)] if a != b => [a, b],
-            _ => {
-                return Err(BadInput::new(
-                    format!(
-                        "--plane: `{}` are no two linear axes of the machine",
-                        self.plane
-                    ),
-                    "write --plane XY",
-                ));
-            }
-        };
+        let plane = self.axes(&machine)?;
         let centre = position(&bench, self.at.as_deref())?;
         for (index, axis) in machine.axes.iter().enumerate() {
-            let reach = if plane.contains(&index) {
-                self.radius
-            } else {
-                0.0
-            };
-            let [low, high] = axis.travel;
-            if centre[index] - reach < low || centre[index] + reach > high {
-                return Err(BadInput::new(
-                    format!(
-                        "the circle needs {} from {} to {}, its travel is {low} to {high}",
-                        axis.letter,
-                        centre[index] - reach,
-                        centre[index] + reach
-                    ),
-                    "give another centre (--at) or a shorter bar (--radius)",
-                ));
-            }
+            let is_moved = plane.contains(&index);
+            within_travel(
+                axis,
+                centre[index],
+                if is_moved { self.radius } else { 0.0 },
+            )?;
         }
         let test = SimulatedCircle {
             plane,
@@ -94,5 +68,35 @@ impl Ballbar {
         let disturbed = self.disturbed.of_readings(1e-3);
         let all = circle(&bench, &test, &disturbed);
         output(self.output.as_deref(), &write(&machine, &test, &all))
+    }
+
+    /// The axes of the plane.
+    fn axes(&self, machine: &Machine) -> Result<[usize; 2], BadInput> {
+        let linear = |letter: char| {
+            let index = machine.index(letter)?;
+            (!machine.axes[index].letter.is_rotary()).then_some(index)
+        };
+        let axes: Vec<Option<usize>> = self.plane.chars().map(linear).collect();
+        let plane = &self.plane;
+        match axes[..] {
+            [Some(a), Some(b)] if a != b => Ok([a, b]),
+            _ => Err(BadInput::new(
+                format!("--plane: `{plane}` are no two linear axes of the machine"),
+                "write --plane XY",
+            )),
+        }
+    }
+}
+
+/// Refuses a circle that goes beyond the travel of an axis.
+fn within_travel(axis: &Axis, centre: f64, reach: f64) -> Result<(), BadInput> {
+    let ([low, high], letter) = (axis.travel, axis.letter);
+    let (from, to) = (centre - reach, centre + reach);
+    match from < low || to > high {
+        false => Ok(()),
+        true => Err(BadInput::new(
+            format!("the circle needs {letter} from {from} to {to}, its travel is {low} to {high}"),
+            "give another centre (--at) or a shorter bar (--radius)",
+        )),
     }
 }

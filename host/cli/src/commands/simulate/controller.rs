@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::mock_flash::MockFlash;
 use trueaxis_firmware::slots::WhileBusy;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
 
 /// Run the controller of a board on this computer, to try everything without a board
 ///
@@ -53,23 +55,25 @@ const BLOCK: usize = 4096;
 const BLOCKS: usize = 64;
 
 impl ControllerArguments {
-    pub fn run(&self) -> Result<Outcome, BadInput> {
-        let files = match (&self.machine, &self.errors) {
-            (Some(machine), Some(errors)) => {
-                let machine = files::read_machine(machine)?;
-                let errors = files::read_errors(errors, &machine)?;
-                Some((machine, errors))
-            }
-            _ => None,
+    /// The machine behind the controller, if one is given.
+    fn files(&self) -> Result<Option<(Machine, ErrorModel)>, BadInput> {
+        let (Some(machine), Some(errors)) = (&self.machine, &self.errors) else {
+            return Ok(None);
         };
-        let mut moving = files
-            .as_ref()
-            .map(|(m, errors)| SimulatedMachine::new(m, errors));
+        let machine = files::read_machine(machine)?;
+        let errors = files::read_errors(errors, &machine)?;
+        Ok(Some((machine, errors)))
+    }
+
+    pub fn run(&self) -> Result<Outcome, BadInput> {
+        let files = self.files()?;
+        let files = files.as_ref();
+        let mut moving = files.map(|(m, errors)| SimulatedMachine::new(m, errors));
         let mut socket = Socket::open(&self.port)?;
         let flash = MockFlash::new(BLOCKS).with_while_busy(WhileBusy::DualBank);
         let mut desktop: Desktop<4, BLOCK> = Desktop::start(flash, PERIOD);
         desktop.standstill.set(moving.is_none());
-        let behind = files.as_ref().map_or(String::new(), |(machine, _)| {
+        let behind = files.map_or(String::new(), |(machine, _)| {
             format!(", and {} moves behind it", machine.name)
         });
         let mut going = files::stream(&format!(

@@ -2,7 +2,7 @@
 
 use super::super::number::{finite, percent, size};
 use clap::Args;
-use trueaxis_measure::simulate::runs::OfReadings;
+use trueaxis_direct::simulate::runs::OfReadings;
 
 /// Noise, drift and outliers.
 #[derive(Args)]

@@ -6,8 +6,8 @@ use super::super::files::{self, MachineFiles};
 use super::super::number::{finite, size, three};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::formats::observations;
-use trueaxis_measure::simulate::{self, OfObservations};
+use trueaxis_identify::formats::observations;
+use trueaxis_identify::simulate::{self, OfObservations};
 use trueaxis_model::kinematics::Kinematics;
 
 /// Simulate observations of any kind: lengths, points, displacements, angles

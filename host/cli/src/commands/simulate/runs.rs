@@ -8,9 +8,9 @@ use super::super::position_argument;
 use super::disturbed::Disturbed;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::direct::MeasuredRuns;
-use trueaxis_measure::formats::runs;
-use trueaxis_measure::simulate::runs as simulated;
+use trueaxis_direct::MeasuredRuns;
+use trueaxis_direct::formats::runs;
+use trueaxis_direct::simulate::runs as simulated;
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 

@@ -8,9 +8,9 @@ use super::super::touch_options::TouchOptions;
 use super::not_simulated;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::plan::{simulated_touches, touch_log};
-use trueaxis_measure::simulate::Disturbances;
+use trueaxis_identify::simulate::Disturbances;
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_probing::plan::{simulated_touches, touch_log};
 
 /// Simulate the log of touches that a program of `trueaxis plan` records
 #[derive(Args)]
@@ -54,12 +54,8 @@ pub struct Touches {
 
 impl Touches {
     pub fn run(&self) -> Result<Outcome, BadInput> {
-        let inputs: [&Path; 4] = [
-            &self.files.machine,
-            &self.files.errors,
-            &self.artefact,
-            &self.plan,
-        ];
+        let MachineFiles { machine, errors } = &self.files;
+        let inputs: [&Path; 4] = [machine, errors, &self.artefact, &self.plan];
         if let Some(output) = &self.output {
             files::prepare(output, &inputs)?;
         }

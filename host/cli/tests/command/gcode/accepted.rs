@@ -1,20 +1,7 @@
 //! Programs as posts and people write them.
 
-use super::{SETUP, corrected, refuses, run};
-use crate::program::{Folder, answer, blob};
-
-/// Corrects a program with another setup.
-fn with_setup(setup: &str, program: &str, options: &[&str]) -> String {
-    let folder = Folder::new();
-    let part = folder.file("part.ngc", program);
-    let setup = folder.file("setup.toml", setup);
-    let (out, compensation) = (folder.at("out.ngc"), blob("mill-21"));
-    let mut arguments = vec!["gcode", &part, "-o", &out, "--setup", &setup];
-    arguments.extend(["--compensation", &compensation, "--check"]);
-    arguments.extend(options);
-    answer(0, &arguments);
-    std::fs::read_to_string(out).unwrap()
-}
+use super::{SETUP, corrected, refuses, refuses_with, run, with_setup};
+use crate::program::{Folder, blob};
 
 #[test]
 fn numbers_of_programs_are_passed_in_every_dialect() {
@@ -74,24 +61,17 @@ fn modes_before_the_first_line_are_those_of_the_setup_or_of_the_dialect() {
     // Neither plane nor distance are said: those after power-on hold.
     let program = "G21\nG0 X10. Y10. Z50.\nG2 X20. Y10. I5. F300.\nM30\n";
     for dialect in ["linuxcnc", "fanuc"] {
-        with_setup(SETUP, program, &["--dialect", dialect]);
+        with_setup(program, SETUP, &["--dialect", dialect]);
     }
     let other = SETUP.replace(
         "[start]\n",
         "[start]\nplane = \"G18\"\ndistance = \"G91\"\nfeed = \"G93\"\n",
     );
-    let out = with_setup(&other, "G0 X5 Z50\nG1 X1 F2\nG3 X2 I1 F2\nM30\n", &[]);
+    let out = with_setup("G0 X5 Z50\nG1 X1 F2\nG3 X2 I1 F2\nM30\n", &other, &[]);
     assert!(out.contains("G0 X5.") || out.contains("G0 X4.99"), "{out}");
     let wrong = SETUP.replace("[start]\n", "[start]\nplane = \"XY\"\n");
-    let folder = Folder::new();
-    let (part, setup) = (
-        folder.file("part.ngc", program),
-        folder.file("setup.toml", wrong),
-    );
-    let (out, compensation) = (folder.at("out.ngc"), blob("mill-21"));
-    let arguments = ["gcode", &part, "-o", &out, "--setup", &setup];
-    let arguments = [&arguments[..], &["--compensation", &compensation]].concat();
-    crate::program::refused(&arguments, &["no mode of this kind", "\"G17\" or \"G18\""]);
+    let parts = ["no mode of this kind", "\"G17\" or \"G18\""];
+    refuses_with(program, [&blob("mill-21"), &wrong], &[], &parts);
 }
 
 #[test]

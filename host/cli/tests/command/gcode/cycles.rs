@@ -1,6 +1,6 @@
 //! Cycles, and threads: what is written is what another interpreter makes of the program, corrected.
 
-use super::{SETUP, corrected, refuses};
+use super::{SETUP, corrected, refuses, with_files, written};
 use crate::program::{Folder, answer, example};
 
 #[test]
@@ -11,7 +11,7 @@ fn pecks_end_where_their_corrections_lead() {
         "errors.toml",
         "machine = \"Mill with 21 errors\"\n[parameters]\nEXX1 = 200e-6\nEYY1 = -300e-6\nEZZ1 = 400e-6\n",
     );
-    let (setup, trax) = (folder.file("setup.toml", SETUP), folder.at("scales.trax"));
+    let trax = folder.at("scales.trax");
     answer(
         0,
         &[
@@ -27,21 +27,8 @@ fn pecks_end_where_their_corrections_lead() {
             let program = format!(
                 "G21 G90 G98 G17 F300\nG0 X100 Y100 Z250\n{cycle} X120 Y110 Z228.5 R240 {q}\nX150\nG80\nM30\n"
             );
-            let (part, out) = (folder.file("part.ngc", program), folder.at("out.ngc"));
-            let said = answer(
-                0,
-                &[
-                    "gcode",
-                    &part,
-                    "-o",
-                    &out,
-                    "--compensation",
-                    &trax,
-                    "--setup",
-                    &setup,
-                    "--check",
-                ],
-            );
+            let files = [&trax, SETUP];
+            let said = with_files(&folder, program, files, &["--check"], |w| answer(0, w));
             assert!(said.contains("cycles: 2 stay"), "{said}");
         }
     }
@@ -191,14 +178,11 @@ fn a_cycle_with_backlash_of_its_axis_stays_one_whatever_becomes_of_reversals() {
         "errors.toml",
         "machine = \"Mill with 21 errors\"\n[parameters]\nEXXb = 4e-3\nEYYb = 3e-3\nEZZb = 5e-3\n",
     );
-    let setup = folder.file(
-        "setup.toml",
-        format!("{SETUP}[home.G28]\n").replace(
-            "Z = -100\n[",
-            "Z = -100\ntravel = { X = \"+\", Y = \"+\", Z = \"-\" }\n[",
-        ),
+    let setup = format!("{SETUP}[home.G28]\n").replace(
+        "Z = -100\n[",
+        "Z = -100\ntravel = { X = \"+\", Y = \"+\", Z = \"-\" }\n[",
     );
-    let (trax, out) = (folder.at("backlash.trax"), folder.at("out.ngc"));
+    let trax = folder.at("backlash.trax");
     let machine = example("mill-21/machine.toml");
     answer(0, &["compile", &machine, &errors, "-o", &trax]);
     for backlash in ["move", "blend", "leave"] {
@@ -206,12 +190,11 @@ fn a_cycle_with_backlash_of_its_axis_stays_one_whatever_becomes_of_reversals() {
             let program = format!(
                 "G21 G90 G98 G17 F300\nM3 S100\nG0 X100 Y100 Z250\n{cycle} X120 Y110 Z230 R240\nX150\nX130\nG80\nM30\n"
             );
-            let part = folder.file("part.ngc", &program);
-            let arguments = ["gcode", &part, "-o", &out, "--compensation", &trax];
-            let options = ["--setup", &setup, "--check", "--backlash", backlash];
-            let said = answer(0, &[&arguments[..], &options].concat());
+            let files = [&*trax, &setup];
+            let options = ["--check", "--backlash", backlash];
+            let said = with_files(&folder, &program, files, &options, |w| answer(0, w));
             assert!(said.contains("cycles: 3 stay, 0 are written out"), "{said}");
-            let lines = std::fs::read_to_string(&out).unwrap().lines().count();
+            let lines = written(&folder).lines().count();
             assert_eq!(lines, program.lines().count() + 1, "{cycle} {backlash}");
         }
     }

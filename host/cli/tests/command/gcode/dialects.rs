@@ -1,7 +1,7 @@
 //! What words mean to one controller and not to another.
 
-use super::{corrected, refuses, run};
-use crate::program::{Folder, answer, example};
+use super::{corrected, refuses, run, with_files, written};
+use crate::program::{Folder, answer, blob, example};
 
 const FANUC: [&str; 3] = ["--dialect", "fanuc", "--check"];
 
@@ -345,17 +345,11 @@ fn under_a_rotation_a_rapid_brings_x_and_y_both_to_their_places() {
         super::five_axes::START
     );
     let program = "G21 G90 G42 G1 A1 F9\nG55 G0 C40\nM30\n";
-    let (part, setup) = (
-        folder.file("part.ngc", program),
-        folder.file("setup.toml", setup),
-    );
-    let out = folder.at("out.ngc");
-    let files = ["gcode", &part, "-o", &out, "--setup", &setup];
-    answer(
-        0,
-        &[&files[..], &["--compensation", &trax, "--check"]].concat(),
-    );
-    let out = std::fs::read_to_string(&out).unwrap();
+    let files = [&*trax, &setup];
+    with_files(&folder, program, files, &["--check"], |words| {
+        answer(0, words)
+    });
+    let out = written(&folder);
     let words = |line: &str, letter: char| {
         let line = out.lines().find(|l| l.contains(line)).unwrap();
         line.split_whitespace().any(|w| w.starts_with(letter))
@@ -423,31 +417,12 @@ fn a_tool_that_was_touched_off_has_a_length_beside_its_offset() {
     let folder = Folder::new();
     let setup = "units = \"mm\"\n[start]\nX = 100\nY = 100\nZ = -100\n[offset.G54]\nX = 100\nY = 50\nZ = 0\n\
                  [tool.1]\nlength = 100\noffset = -310\n";
-    let part = folder.file(
-        "part.ngc",
-        "G21 G90\nG43 H1\nG0 X10 Y10 Z50\nG1 X20 F100\nM2\n",
-    );
-    let (setup, out) = (folder.file("setup.toml", setup), folder.at("out.ngc"));
-    let (machine, blob) = (
-        crate::program::example("mill-21/machine.toml"),
-        crate::program::blob("mill-21"),
-    );
-    let said = crate::program::answer(
-        0,
-        &[
-            "gcode",
-            &part,
-            "-o",
-            &out,
-            "--compensation",
-            &blob,
-            "--setup",
-            &setup,
-            "--machine",
-            &machine,
-            "--json",
-        ],
-    );
+    let program = "G21 G90\nG43 H1\nG0 X10 Y10 Z50\nG1 X20 F100\nM2\n";
+    let (machine, mill) = (example("mill-21/machine.toml"), blob("mill-21"));
+    let options = ["--machine", &machine, "--json"];
+    let said = with_files(&folder, program, [&mill, setup], &options, |words| {
+        answer(0, words)
+    });
     let used = said.split("used_mm").nth(1).unwrap();
     assert!(
         used.contains("100.0") && !used[..40].contains("310"),

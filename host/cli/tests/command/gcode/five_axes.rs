@@ -1,11 +1,12 @@
 //! Programs of five axes, for the machine of LinuxCNC's `xyzac-trt-kins`.
 
+use super::{with_files, written};
 use crate::program::{Folder, answer, blob, example};
 use trueaxis::AlignedBlob;
 use trueaxis_gcode::program::{Event, Program};
 use trueaxis_gcode::{Rules, Setup, Tables, Tip};
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
 
 /// Where the machine stands, and which way its axes came.
 pub const START: &str = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -20\nA = 0\nC = 0\n\
@@ -14,17 +15,10 @@ travel = { X = \"+\", Y = \"+\", Z = \"+\", A = \"+\", C = \"+\" }\n";
 /// Corrects and checks a program: what is written, and what is said of it.
 pub fn run(program: &str, setup: &str, options: &[&str]) -> (String, serde_json::Value) {
     let folder = Folder::new();
-    let part = folder.file("part.ngc", program);
-    let setup = folder.file("setup.toml", format!("{START}{setup}"));
-    let (out, compensation) = (folder.at("out.ngc"), blob("xyzac-trt"));
-    let mut arguments = vec!["gcode", &part, "-o", &out, "--setup", &setup];
-    arguments.extend(["--compensation", &compensation, "--check", "--json"]);
-    arguments.extend(options);
-    let said = answer(0, &arguments);
-    (
-        std::fs::read_to_string(&out).unwrap(),
-        serde_json::from_str(&said).unwrap(),
-    )
+    let options = [options, &["--check", "--json"]].concat();
+    let files = [&blob("xyzac-trt"), &*format!("{START}{setup}")];
+    let said = with_files(&folder, program, files, &options, |words| answer(0, words));
+    (written(&folder), serde_json::from_str(&said).unwrap())
 }
 
 #[test]

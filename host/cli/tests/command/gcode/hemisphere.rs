@@ -3,16 +3,16 @@
 
 use crate::program::{Folder, answer, example};
 use trueaxis::{AlignedBlob, Axis, Draft, DraftGrid, GridAxis, SampleFormat};
+use trueaxis_direct::ballbar::{Hemisphere, PathPoint, program};
 use trueaxis_gcode::axes::{self, COUNT, PerLetter};
 use trueaxis_gcode::modal::Units;
 use trueaxis_gcode::offsets::System;
 use trueaxis_gcode::program::{Event, Program};
 use trueaxis_gcode::{Corrector, Options, Rules, Setup, Tables};
-use trueaxis_measure::ballbar::{Hemisphere, PathPoint, program};
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{Machine, PerAxis};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::validate::Runtime;
 
 /// Where the centre of the hemisphere is (machine, mm): where the program's zero is.
 const CENTRE: [f64; 3] = [12.0, -7.0, 5.0];

@@ -1,31 +1,8 @@
 //! Programs as posts of CAM systems write them.
 
 use super::five_axes;
-use super::{SETUP, corrected, refuses, run};
-use crate::program::{Folder, answer, blob, example, refused};
-
-/// Corrects and checks a program for `mill-21` with a setup of its own: what is written.
-fn with_setup(program: &str, setup: &str, options: &[&str]) -> String {
-    let folder = Folder::new();
-    let (part, setup) = (
-        folder.file("part.nc", program),
-        folder.file("setup.toml", setup),
-    );
-    let (out, compensation) = (folder.at("out.nc"), blob("mill-21"));
-    let mut arguments = vec!["gcode", &part, "-o", &out, "--check", "--setup", &setup];
-    arguments.extend(["--compensation", &compensation]);
-    arguments.extend(options);
-    answer(0, &arguments);
-    std::fs::read_to_string(&out).unwrap()
-}
-
-/// The words of an axis.
-fn words(text: &str, letter: char) -> Vec<f64> {
-    let words = text.lines().filter(|line| !line.starts_with(['(', ';']));
-    let words = words.flat_map(str::split_whitespace);
-    let words = words.filter_map(|word| word.strip_prefix(letter)?.parse().ok());
-    words.collect()
-}
+use super::{SETUP, corrected, refuses, refuses_with, run, with_files, with_setup, words, written};
+use crate::program::{Folder, answer, blob, example};
 
 #[test]
 fn the_header_of_vcarve_has_inches_and_mm_as_g70_and_g71() {
@@ -118,23 +95,8 @@ fn lengths_without_a_point_count_what_the_setup_says() {
     for letter in ['X', 'Y', 'Z'] {
         assert_eq!(words(&one, letter), words(&other, letter));
     }
-    let folder = Folder::new();
-    let part = folder.file("part.nc", program);
-    let setup = folder.file("setup.toml", setup("least"));
-    let out = folder.at("out.nc");
-    refused(
-        &[
-            "gcode",
-            &part,
-            "-o",
-            &out,
-            "--compensation",
-            &blob("mill-21"),
-            "--setup",
-            &setup,
-        ],
-        &["decimals", "take it out of the setup"],
-    );
+    let parts = ["decimals", "take it out of the setup"];
+    refuses_with(program, [&blob("mill-21"), &setup("least")], &[], &parts);
 }
 
 #[test]
@@ -182,22 +144,10 @@ fn a_retract_to_the_end_of_the_travel_stays_within_it() {
         }
     }
     // Anything else that leads beyond it is refused.
-    let folder = Folder::new();
-    let part = folder.file("part.nc", program.replace("G53 G0 Z0.", "G0 Z350."));
-    let (setup, out) = (folder.file("setup.toml", setup), folder.at("out.nc"));
-    let options = ["--setup", &setup, "--dialect", "haas"];
-    let arguments = [
-        "gcode",
-        &part,
-        "-o",
-        &out,
-        "--compensation",
-        &blob("mill-21"),
-    ];
-    refused(
-        &[&arguments[..], &options].concat(),
-        &["line 6", "with its correction"],
-    );
+    let program = program.replace("G53 G0 Z0.", "G0 Z350.");
+    let parts = ["line 6", "with its correction"];
+    let haas = ["--dialect", "haas"];
+    refuses_with(program, [&blob("mill-21"), setup], &haas, &parts);
 }
 
 #[test]
@@ -244,7 +194,7 @@ fn an_ordinary_program_of_a_sinumerik_is_corrected() {
                    N90 G0 X10 Y10 Z-20\nN100 G1 Z-25 F300\nN110 X=60.5 F=800\nN120 G3 X70.5 Y20 CR=10\n\
                    N130 G2 X80.5 Y30 I10 J0\nN140 G4 F2\nN150 X100 Y50 CR=-30\nN160 G0 Z0\nN170 G0 SUPA Z0 D0\nN180 M30\n";
     let out = with_setup(program, &setup, &["--dialect", "siemens"]);
-    assert!(out.contains(";trueaxis corrected: part.nc "), "{out}");
+    assert!(out.contains(";trueaxis corrected: part.ngc "), "{out}");
     assert!(
         out.contains("N30 T=\"MILL 10\"\n") && out.contains("N170 G0 SUPA Z"),
         "{out}"
@@ -410,27 +360,8 @@ fn a_feed_without_a_point_is_refused_where_another_is_needed() {
     let out = corrected(&folder, &program.replace("G93", "G94"), &options);
     assert_eq!(out.matches('F').count(), 1, "{out}");
     assert!(out.contains("F4\n"), "{out}");
-    let setup = folder.file(
-        "calculator.toml",
-        format!("decimals = \"calculator\"\n{}", super::SETUP),
-    );
-    let (part, out) = (folder.file("p.nc", program), folder.at("out.nc"));
-    let compensation = blob("mill-21");
-    answer(
-        0,
-        &[
-            "gcode",
-            &part,
-            "-o",
-            &out,
-            "--dialect",
-            "fanuc",
-            "--setup",
-            &setup,
-            "--compensation",
-            &compensation,
-        ],
-    );
+    let setup = format!("decimals = \"calculator\"\n{SETUP}");
+    with_setup(program, &setup, &["--dialect", "fanuc"]);
 }
 
 #[test]
@@ -506,34 +437,20 @@ fn a_step_along_the_move_that_reverses_needs_no_line() {
         "errors.toml",
         "machine = \"Mill with 21 errors\"\n[parameters]\nEXXb = 10e-3\nEYYb = 8e-3\n",
     );
-    let setup = folder.file(
-        "setup.toml",
-        SETUP.replace("[offset", "travel = { X = \"+\", Y = \"+\" }\n[offset"),
-    );
-    let (trax, out) = (folder.at("backlash.trax"), folder.at("out.ngc"));
+    let setup = SETUP.replace("[offset", "travel = { X = \"+\", Y = \"+\" }\n[offset");
+    let trax = folder.at("backlash.trax");
     let machine = example("mill-21/machine.toml");
     answer(0, &["compile", &machine, &errors, "-o", &trax]);
     let lines = |moves: &str| {
-        let part = folder.file(
-            "part.ngc",
-            format!("G21 G90 G17\nG0 X-2 Y-2 Z0\nG0 X0 Y0\nG1 X1 Y1 F300\n{moves}M30\n"),
-        );
-        let options = [
-            "--setup",
-            &setup,
-            "--check",
-            "--machine",
-            &machine,
-            "--errors",
-            &errors,
-        ];
-        let arguments = ["gcode", &part, "-o", &out, "--compensation", &trax];
-        let said = answer(0, &[&arguments[..], &options].concat());
+        let program = format!("G21 G90 G17\nG0 X-2 Y-2 Z0\nG0 X0 Y0\nG1 X1 Y1 F300\n{moves}M30\n");
+        let options = ["--check", "--machine", &machine, "--errors", &errors];
+        let files = [&*trax, &setup];
+        let said = with_files(&folder, program, files, &options, |words| answer(0, words));
         assert!(
             said.contains("0.1 µm after") || said.contains("0.0 µm after"),
             "{said}"
         );
-        let text = std::fs::read_to_string(&out).unwrap();
+        let text = written(&folder);
         text.lines().count() - 1 - 5 - moves.lines().count()
     };
     assert_eq!(lines("X50\nY40\nX1\nY1\nX50\nY20\nX1\nY1\n"), 0);

@@ -34,21 +34,26 @@ fn printer(folder: &Folder) -> [String; 3] {
     names
 }
 
+/// Corrects a program in its place.
+fn in_place<'a>(blob: &'a str, file: &'a str) -> [&'a str; 7] {
+    [
+        "gcode",
+        file,
+        "--in-place",
+        "--dialect",
+        "printer",
+        "--compensation",
+        blob,
+    ]
+}
+
 /// Corrects a program in its place, with a check, and returns it without the mark.
 fn printed(program: &str) -> Vec<String> {
     let folder = Folder::new();
     let [machine, errors, blob] = printer(&folder);
     let file = folder.file("part.gcode", program);
     let more = ["--machine", &machine, "--errors", &errors, "--check"];
-    let words = [
-        "gcode",
-        "--in-place",
-        "--dialect",
-        "printer",
-        "--compensation",
-        &blob,
-    ];
-    answer(0, &[&words[..], &more, &[&file]].concat());
+    answer(0, &[&in_place(&blob, &file)[..], &more].concat());
     let text = std::fs::read_to_string(&file).unwrap();
     assert_eq!(
         text.matches(";trueaxis corrected: part.gcode").count(),
@@ -153,15 +158,7 @@ fn a_mode_of_e_that_firmwares_read_differently_is_asked_for_where_it_matters() {
     ] {
         let program = format!("G90\n{begin}G1 X10 Y10 Z1 F3000\nG1 X200 E5\n");
         let file = folder.file("part.gcode", &program);
-        let words = [
-            "gcode",
-            "--in-place",
-            "--dialect",
-            "printer",
-            "--compensation",
-            &blob,
-            &file,
-        ];
+        let words = in_place(&blob, &file);
         refused(&words, &["line ", part]);
         // The slicer keeps what it has written.
         assert_eq!(std::fs::read_to_string(&file).unwrap(), program);
@@ -175,40 +172,20 @@ fn a_mode_of_e_that_firmwares_read_differently_is_asked_for_where_it_matters() {
         ("RESTORE_GCODE_STATE NAME=a\nG1 X5 E1", "G90 or G91"),
     ] {
         let file = folder.file("part.gcode", format!("M83\nG1 X1 Y1 Z1 F900\n{line}\n"));
-        let words = [
-            "gcode",
-            "--in-place",
-            "--dialect",
-            "printer",
-            "--compensation",
-            &blob,
-            &file,
-        ];
-        refused(
-            &words,
-            &["line 3", part].map(|p| {
-                if line.contains('\n') && p == "line 3" {
-                    "line 4"
-                } else {
-                    p
-                }
-            }),
-        );
+        let words = in_place(&blob, &file);
+        let number = if line.contains('\n') {
+            "line 4"
+        } else {
+            "line 3"
+        };
+        refused(&words, &[number, part]);
     }
     // Once, and in no other dialect.
     let file = folder.file(
         "part.gcode",
         "M83\nG90\nM83\nG1 X1 Y1 Z1 F900\nG1 X200 E5\n",
     );
-    let words = [
-        "gcode",
-        "--in-place",
-        "--dialect",
-        "printer",
-        "--compensation",
-        &blob,
-        &file,
-    ];
+    let words = in_place(&blob, &file);
     answer(0, &words);
     refused(&words, &["corrected already"]);
     let file = folder.file("part.gcode", "G21 G90\nG1 X1 E5 F900\n");

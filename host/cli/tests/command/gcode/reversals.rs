@@ -1,9 +1,9 @@
 //! What an attack with another interpreter and other kinematics has found: full turns, moves that begin beside the
 //! corrected path.
 
-use super::{corrected, refuses, run};
-use crate::program::{Folder, answer, blob, example, refused};
-use std::time::{Duration, Instant};
+use super::{corrected, refuses, refuses_with, run, with_files, written};
+use crate::program::{Folder, answer, blob, example};
+use std::time::Instant;
 
 /// A setup for `xyzac-trt` in the middle of its travel, with every axis known to have gone up.
 const FIVE: &str = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -125\nA = 0\nC = 0\n\
@@ -16,16 +16,9 @@ fn five(folder: &Folder, program: &str, options: &[&str]) -> String {
 
 /// Like `five`, with another setup.
 fn five_from(folder: &Folder, setup: &str, program: &str, options: &[&str]) -> String {
-    let (part, setup) = (
-        folder.file("part.ngc", program),
-        folder.file("setup.toml", setup),
-    );
-    let (out, compensation) = (folder.at("out.ngc"), blob("xyzac-trt"));
-    let mut arguments = vec!["gcode", &part, "-o", &out];
-    arguments.extend(["--compensation", &compensation, "--setup", &setup]);
-    arguments.extend(options);
-    answer(0, &arguments);
-    std::fs::read_to_string(&out).unwrap()
+    let files = [&blob("xyzac-trt"), setup];
+    with_files(folder, program, files, options, |words| answer(0, words));
+    written(folder)
 }
 
 #[test]
@@ -51,14 +44,9 @@ fn the_check_says_how_far_off_blended_steps_are() {
     let folder = Folder::new();
     let program = "G21 G90\nG0 X10 Y0 Z0 A0 C0\nG1 X20 F800\nX10\nX30\nM30\n";
     let said = |backlash: &str| {
-        let (part, setup) = (
-            folder.file("part.ngc", program),
-            folder.file("setup.toml", FIVE),
-        );
-        let (out, compensation) = (folder.at("out.ngc"), blob("xyzac-trt"));
-        let mut arguments = vec!["gcode", &part, "-o", &out, "--compensation", &compensation];
-        arguments.extend(["--setup", &setup, "--check", "--backlash", backlash]);
-        answer(0, &arguments)
+        let files = [&blob("xyzac-trt"), FIVE];
+        let options = ["--check", "--backlash", backlash];
+        with_files(&folder, program, files, &options, |words| answer(0, words))
     };
     // The table of X by its direction holds 4 µm.
     let blended = said("blend");
@@ -163,11 +151,16 @@ fn hundreds_of_turns_take_the_time_of_their_arcs() {
     let folder = Folder::new();
     // It is compiled once, and not counted.
     blob("mill-21");
-    let start = Instant::now();
-    let program = "G21 G90 G17 F800\nG0 X50 Y50 Z50\nG2 I-12 P900\nM30\n";
-    let (out, _) = run(&folder, program, &["--check"]);
-    // 0.6 s of processor time; 33 s where each arc looked at all turns that were left.
-    assert!(start.elapsed() < Duration::from_secs(10));
+    let timed = |turns: usize| {
+        let start = Instant::now();
+        let program = format!("G21 G90 G17 F800\nG0 X50 Y50 Z50\nG2 I-12 P{turns}\nM30\n");
+        let (out, _) = run(&folder, &program, &["--check"]);
+        (start.elapsed(), out)
+    };
+    let (few, _) = timed(90);
+    let (many, out) = timed(900);
+    // 0.6 s alone, and 0.1 s for a tenth; a hundred times as long where each arc looked at all turns that were left.
+    assert!(many < 30 * few, "{many:?}, {few:?}");
     assert!(out.lines().count() > 1000);
 }
 
@@ -330,20 +323,13 @@ fn steps_are_told_from_motions_as_short() {
 
 #[test]
 fn what_counts_from_the_axes_or_from_the_tip_is_no_line_with_the_switch() {
-    let folder = Folder::new();
-    let part = folder.file("part.ngc", "G21 G90\nM428 G92 X0\nM30\n");
-    let (setup, out) = (folder.file("setup.toml", FIVE), folder.at("out.ngc"));
-    let (compensation, machine) = (
-        blob("xyzac-trt"),
-        example("linuxcnc-xyzac-trt/machine.toml"),
+    let machine = example("linuxcnc-xyzac-trt/machine.toml");
+    refuses_with(
+        "G21 G90\nM428 G92 X0\nM30\n",
+        [&blob("xyzac-trt"), FIVE],
+        &["--machine", &machine],
+        &["line 2", "M428", "two lines"],
     );
-    let arguments = [
-        ["gcode", &part, "-o", &out],
-        ["--compensation", &compensation, "--setup", &setup],
-    ];
-    let mut arguments = arguments.concat();
-    arguments.extend(["--machine", &machine]);
-    refused(&arguments, &["line 2", "M428", "two lines"]);
 }
 
 #[test]

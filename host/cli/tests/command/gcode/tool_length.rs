@@ -1,7 +1,7 @@
 //! Tools other than the one that a compensation without length input was made for.
 
-use super::SETUP;
-use crate::program::{Folder, answer, blob, example, plain, refused, trueaxis};
+use super::{SETUP, refuses_with, with_files};
+use crate::program::{Folder, answer, blob, example, plain, trueaxis};
 
 #[test]
 fn another_tool_length_is_warned_of_with_its_micrometres() {
@@ -67,34 +67,14 @@ fn another_tool_length_is_warned_of_with_its_micrometres() {
 fn a_tool_that_the_tables_do_not_reach_is_refused() {
     let folder = Folder::new();
     let program = "G21 G90 G17\nG0 G43 H1 Z100\nG0 X0 Y0 A0 C0\nM30\n";
-    let (part, out) = (folder.file("part.ngc", program), folder.at("out.ngc"));
-    let compensation = blob("length");
     let with = |length: f64| {
-        folder.file(
-            "setup.toml",
-            format!(
-                "units = \"mm\"\n[start]\nX = 0\nY = 0\nZ = 0\nA = 0\nC = 0\n[offset.G54]\n[tool.1]\nlength = {length}\n"
-            ),
+        format!(
+            "units = \"mm\"\n[start]\nX = 0\nY = 0\nZ = 0\nA = 0\nC = 0\n[offset.G54]\n[tool.1]\nlength = {length}\n"
         )
     };
-    let arguments = |setup: &str| {
-        let words = [
-            "gcode",
-            &part,
-            "-o",
-            &out,
-            "--compensation",
-            &compensation,
-            "--setup",
-            setup,
-        ];
-        words.map(str::to_owned)
-    };
-    let long = arguments(&with(400.0));
-    refused(
-        &long.each_ref().map(String::as_str),
-        &["line 2", "400.000 mm", "length_range_mm"],
-    );
-    let usual = arguments(&with(150.0));
-    answer(0, &usual.each_ref().map(String::as_str));
+    let compensation = blob("length");
+    let parts = ["line 2", "400.000 mm", "length_range_mm"];
+    refuses_with(program, [&compensation, &with(400.0)], &[], &parts);
+    let files = [&*compensation, &with(150.0)];
+    with_files(&folder, program, files, &[], |words| answer(0, words));
 }

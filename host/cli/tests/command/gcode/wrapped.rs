@@ -1,17 +1,10 @@
 //! Rotary axes that go round for ever.
 
 use super::five_axes::run;
-use crate::program::{Folder, blob, refused};
+use super::{refuses_with, words};
+use crate::program::blob;
 
 const WRAPPED: &str = "[offset.G54]\n[axis.C]\nwrapped = true\n";
-
-/// The angles of C that a program in this dialect goes to, by the words of the corrected one.
-fn angles(text: &str) -> Vec<f64> {
-    let words = text
-        .split_whitespace()
-        .filter_map(|w| w.strip_prefix('C')?.parse().ok());
-    words.collect()
-}
 
 #[test]
 fn the_sign_of_a_wrapped_word_is_its_direction_in_linuxcnc() {
@@ -21,7 +14,7 @@ fn the_sign_of_a_wrapped_word_is_its_direction_in_linuxcnc() {
     // 10, 100, down to 10, down to -10, up to 20: no more than 130 degrees at once, and nothing beyond.
     assert_eq!(said["check"]["times_differ"], 0, "{said}");
     assert!(said["check"]["off_urad"].as_f64().unwrap() <= 1.0, "{said}");
-    let angles = angles(&text);
+    let angles = words(&text, 'C');
     assert!(angles.iter().any(|c| (c + 350.0).abs() < 0.05), "{text}");
     assert!(angles.iter().all(|c| c.abs() < 360.0), "{text}");
     // 30 + 90 + 20 + 30 degrees, and the µm of the linear axes take as long.
@@ -43,15 +36,8 @@ fn fanuc_s_roll_over_takes_the_shorter_way() {
 #[test]
 fn what_a_wrapped_word_means_must_be_known() {
     let refuses = |program: &str, setup: &str, options: &[&str], parts: &[&str]| {
-        let folder = Folder::new();
-        let part = folder.file("part.ngc", program);
-        let setup = folder.file("setup.toml", format!("{}{setup}", super::five_axes::START));
-        let (out, compensation) = (folder.at("out.ngc"), blob("xyzac-trt"));
-        let mut arguments = vec!["gcode", &part, "-o", &out, "--setup", &setup];
-        arguments.extend(["--compensation", &compensation]);
-        arguments.extend(options);
-        refused(&arguments, parts);
-        assert_eq!(folder.names(), ["part.ngc", "setup.toml"]);
+        let setup = format!("{}{setup}", super::five_axes::START);
+        refuses_with(program, [&blob("xyzac-trt"), &setup], options, parts);
     };
     let fanuc = ["--dialect", "fanuc"];
     let start = "G21 G90 G17\nG0 X200. Y150. Z-21. A0. C0.\n";

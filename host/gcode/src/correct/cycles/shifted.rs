@@ -29,7 +29,6 @@ impl Corrector<'_> {
         given: &Given<'_>,
         cycle: &Cycle,
         holes: &[Hole],
-        out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let limits = self.limits();
         let added = |hole: &Hole| -> PerLetter {
@@ -41,11 +40,11 @@ impl Corrector<'_> {
             limits.of(&std::array::from_fn(|i| by[i] - first[i])) <= 1.0
         };
         if holes.iter().all(is_same) {
-            return self.line_of_cycle(given, cycle, &holes[0], cycle.repeat, true, out);
+            return self.line_of_cycle(given, cycle, &holes[0], cycle.repeat, true);
         }
         let with_end = self.with_end(given);
         for (number, hole) in holes.iter().enumerate() {
-            self.line_of_cycle(&with_end, cycle, hole, 1, number == 0, out)?;
+            self.line_of_cycle(&with_end, cycle, hole, 1, number == 0)?;
         }
         Ok(())
     }
@@ -58,24 +57,23 @@ impl Corrector<'_> {
         hole: &Hole,
         repeat: u32,
         is_first: bool,
-        out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         // A line before it ends the series for the controller: all words are written anew.
-        let moves = self.outside_first(given, cycle, hole, out)?;
+        let moves = self.outside_first(given, cycle, hole)?;
         let words = self.words_of_hole(given.block, cycle, hole);
         let mut edits = std::mem::take(&mut self.edits);
         edits.clear();
-        let from = out.len();
+        let from = self.out.len();
         match is_first {
             true => {
                 self.change_cycle(given, cycle, &words, repeat, moves, &mut edits);
-                edits.apply(given.line, out);
+                edits.apply(given.line, &mut self.out);
             }
-            false => self.further_hole(given, cycle, &words, moves, out),
+            false => self.further_hole(given, cycle, &words, moves),
         }
         self.edits = edits;
-        let step = self.follow(&out[from..], None)?;
-        out.extend_from_slice(given.eol);
+        let step = self.follow(from, None)?;
+        self.out.extend_from_slice(given.eol);
         let done = f64::from(cycle.repeat.min(repeat));
         let until = match is_first {
             true => done,
@@ -111,7 +109,6 @@ impl Corrector<'_> {
         given: &Given<'_>,
         cycle: &Cycle,
         hole: &Hole,
-        out: &mut Vec<u8>,
     ) -> Result<bool, Fault> {
         let Some(before) = self.outside(cycle, hole) else {
             return Ok(false);
@@ -132,7 +129,7 @@ impl Corrector<'_> {
         };
         let motion = self.nominal.motion.replace(Motion::Rapid);
         let distance = std::mem::replace(&mut self.nominal.distance, self.written.distance);
-        let done = self.write_next(&self.with_end(given), &piece, &timing, out);
+        let done = self.write_next(&self.with_end(given), &piece, &timing);
         self.nominal.motion = motion;
         self.nominal.distance = distance;
         done?;
@@ -219,20 +216,13 @@ impl Corrector<'_> {
     }
 
     /// A line of its own for another hole of the same line.
-    fn further_hole(
-        &self,
-        given: &Given<'_>,
-        cycle: &Cycle,
-        needed: &[Needed; 4],
-        anew: bool,
-        out: &mut Vec<u8>,
-    ) {
+    fn further_hole(&mut self, given: &Given<'_>, cycle: &Cycle, needed: &[Needed; 4], anew: bool) {
         let mut text = Vec::new();
         self.words_of_series(None, cycle, needed, anew, &mut text);
         if given.block.deleted {
-            out.push(b'/');
+            self.out.push(b'/');
         }
-        out.extend_from_slice(text.trim_ascii_start());
+        self.out.extend_from_slice(text.trim_ascii_start());
     }
 
     /// Words of a hole, and those that neither its line nor its series says yet, each after a space.

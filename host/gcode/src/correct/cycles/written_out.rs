@@ -1,7 +1,7 @@
 //! A cycle as single moves.
 
 use crate::correct::Corrector;
-use crate::correct::given::{Given, Moving};
+use crate::correct::given::Given;
 use crate::correct::piece::{Piece, Shape, Timing};
 use crate::correct::write::Change;
 use crate::cycle::{Cycle, Part};
@@ -9,7 +9,7 @@ use crate::fault::Fault;
 use crate::modal::{Motion, Spindle};
 use crate::moves::Rate;
 use crate::number;
-use crate::trace::Path;
+use crate::trace::{Lost, Path};
 
 impl Corrector<'_> {
     /// The cycle as single moves, the first of them in its line.
@@ -18,8 +18,6 @@ impl Corrector<'_> {
         given: &Given<'_>,
         cycle: &Cycle,
         parts: &[Part],
-        moving: &Moving,
-        out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let given = self.with_end(given);
         let mut at = cycle.from;
@@ -31,14 +29,14 @@ impl Corrector<'_> {
                 Part::Feed(to) => (cycle.rate, *to),
                 other => {
                     if let Some(words) = self.words_apart(other) {
-                        self.write_apart(&given, &words, out)?;
+                        self.write_apart(&given, &words)?;
                     }
                     continue;
                 }
             };
             let path = Path::Line(at, to);
             let timing = self.timing(rate, &path);
-            let pieces = self.pieces_of_move(&path, rate, moving)?;
+            let pieces = self.pieces_of_move(&path, rate)?;
             self.joined = true;
             for piece in pieces {
                 let piece = Piece {
@@ -47,7 +45,7 @@ impl Corrector<'_> {
                 };
                 // Motion words of the line become those of its first move.
                 let motion = self.nominal.motion.replace(Motion::Rapid);
-                let done = self.write_part(&given, &piece, &timing, first, out);
+                let done = self.write_part(&given, &piece, &timing, first);
                 self.nominal.motion = motion;
                 done?;
                 first = false;
@@ -56,7 +54,7 @@ impl Corrector<'_> {
             at = to;
         }
         if given.step.after {
-            self.write_after(&given, out)?;
+            self.write_after(&given)?;
         }
         Ok(())
     }
@@ -77,21 +75,15 @@ impl Corrector<'_> {
     }
 
     /// A move of the cycle corrected: a rapid as a whole, a feed along its path.
-    fn pieces_of_move(
-        &mut self,
-        path: &Path,
-        rate: Rate,
-        moving: &Moving,
-    ) -> Result<Vec<Piece>, Fault> {
+    fn pieces_of_move(&mut self, path: &Path, rate: Rate) -> Result<Vec<Piece>, Lost> {
         if rate == Rate::Rapid {
-            self.stretches(path, moving)?;
-            let end = self.end(&path.at(1.0), 0, false, moving)?;
+            self.stretches(path)?;
+            let end = self.end(&path.at(1.0), 0, false)?;
             return Ok(vec![Piece::whole(Shape::Rapid, end)]);
         }
-        self.trace(path, moving)?;
+        self.trace(path)?;
         let (field, limits) = (self.field(), self.limits());
-        let pieces = self.runs(&field, path, &limits);
-        pieces.map_err(|lost| moving.lost(lost))
+        self.runs(&field, path, &limits)
     }
 
     /// A move of the cycle, in the line of the program or behind it.
@@ -101,10 +93,9 @@ impl Corrector<'_> {
         piece: &Piece,
         timing: &Timing,
         first: bool,
-        out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         if !first {
-            return self.write_next(given, piece, timing, out);
+            return self.write_next(given, piece, timing);
         }
         let change = Change {
             piece,
@@ -114,8 +105,8 @@ impl Corrector<'_> {
             without: b"RQPLK",
             without_after: given.step.after,
         };
-        self.write_first(given, &change, out)?;
-        out.extend_from_slice(given.eol);
+        self.write_first(given, &change)?;
+        self.out.extend_from_slice(given.eol);
         Ok(())
     }
 }

@@ -41,7 +41,7 @@ impl Corrector<'_> {
                     "write M82 or M83 before it, after the last G90 or G91",
                 ),
             };
-            return Err(Fault::new(word.span(), cause, remedy));
+            return Err(word.fault(cause, remedy));
         };
         let absolute = state.extruder.distance(state.distance) == Some(Distance::Absolute);
         Ok(Some(Extrusion {

@@ -17,7 +17,6 @@ impl Corrector<'_> {
         given: &Given<'_>,
         piece: &Piece,
         timing: &Timing,
-        out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let wording = self.wording(given.block, piece, timing, None)?;
         let words = &wording.words;
@@ -26,8 +25,8 @@ impl Corrector<'_> {
             return Ok(());
         }
         let point = self.point();
-        let mut text = std::mem::take(&mut self.text);
-        text.clear();
+        let mut text = std::mem::take(&mut self.out);
+        let from = text.len();
         self.begin_inserted(given.block, &wording, &mut text);
         let mut add = |letter: u8, value: f64, decimals: usize, point: bool| {
             write_word(&mut text, letter, value, decimals, point);
@@ -61,12 +60,10 @@ impl Corrector<'_> {
         while text.last() == Some(&b' ') {
             text.pop();
         }
-        let done = self.follow(&text, Some(&words.to));
-        out.extend_from_slice(&text);
-        out.extend_from_slice(given.eol);
-        self.text = text;
-        self.note(Self::role(piece));
-        done.map(|_| ())
+        self.out = text;
+        self.follow(from, Some(&words.to))?;
+        self.end_line(given.eol, Self::role(piece));
+        Ok(())
     }
 
     /// What stands before the words of axes of an inserted line.

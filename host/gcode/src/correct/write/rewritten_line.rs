@@ -102,7 +102,6 @@ impl Corrector<'_> {
         &mut self,
         given: &Given<'_>,
         change: &Change<'_>,
-        out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let wording = self.wording(
             given.block,
@@ -126,15 +125,15 @@ impl Corrector<'_> {
             self.change_word(word, &mut line);
         }
         self.add_words(&mut line);
-        let from = out.len();
-        line.edits.apply(given.line, out);
+        let from = self.out.len();
+        line.edits.apply(given.line, &mut self.out);
         self.edits = line.edits;
         let comes_back = |word: &Word| word.code(self.rules.dialect) == Some(Code::Threading(331));
         let ends = match given.block.has_codes && given.block.words.iter().any(comes_back) {
             true => self.written.position.at,
             false => wording.words.to,
         };
-        self.follow(&out[from..], Some(&ends))?;
+        self.follow(from, Some(&ends))?;
         self.note(Self::role(change.piece));
         Ok(())
     }

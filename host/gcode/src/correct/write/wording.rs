@@ -5,7 +5,6 @@ use crate::arc::Arc;
 use crate::axes::{self, COUNT, PerLetter, is_rotary};
 use crate::correct::Corrector;
 use crate::correct::feed::same_feed;
-use crate::correct::given::span_of;
 use crate::correct::piece::{Piece, Shape, Timing};
 use crate::edit::Edits;
 use crate::fault::Fault;
@@ -39,20 +38,6 @@ struct Destination {
     /// Axes (bits) that are named, whatever they are.
     wanted: u16,
     machine: bool,
-}
-
-/// What a line says of an axis.
-enum AxisWord {
-    None,
-    /// The word that the line has goes.
-    Goes,
-    Says {
-        value: f64,
-        decimals: usize,
-        /// Where the rounded word leads.
-        leads: f64,
-        moves: bool,
-    },
 }
 
 /// All that a line with a piece has to say.
@@ -133,7 +118,9 @@ impl Corrector<'_> {
         if !self.point() || counts_alike || self.nominal.feed_has_point {
             return Ok(());
         }
-        let span = block.word(b'F').map_or_else(|| span_of(block), Word::span);
+        let span = block
+            .word(b'F')
+            .map_or_else(|| block.axis_span(), Word::span);
         Err(Fault::new(
             span,
             "an F without a decimal point is active, and this move needs another F: what F100 counts is a parameter of the controller",
@@ -178,22 +165,7 @@ impl Corrector<'_> {
         };
         let mut program = destination.here;
         for axis in bits(self.tables.axes) {
-            match self.word_of_axis(block, axis, destination)? {
-                AxisWord::None => {}
-                AxisWord::Goes => words.left_out |= 1 << axis,
-                AxisWord::Says {
-                    value,
-                    decimals,
-                    leads,
-                    moves,
-                } => {
-                    words.written |= 1 << axis;
-                    words.value[axis] = value;
-                    words.decimals[axis] = decimals as u8;
-                    words.moves |= moves;
-                    program[axis] = leads;
-                }
-            }
+            self.add_axis(block, axis, destination, &mut words, &mut program)?;
         }
         let offsets = &self.written.offsets;
         if destination.machine {
@@ -208,13 +180,15 @@ impl Corrector<'_> {
         Ok(words)
     }
 
-    /// The word of an axis that leads to a position.
-    fn word_of_axis(
+    /// Adds the word of an axis that leads to a position, if it needs one; `program` becomes where it leads.
+    fn add_axis(
         &mut self,
         block: &Block,
         axis: usize,
         destination: &Destination,
-    ) -> Result<AxisWord, Fault> {
+        words: &mut Words,
+        program: &mut PerLetter,
+    ) -> Result<(), Fault> {
         let unit = if is_rotary(axis) { 1.0 } else { self.unit() };
         let (here, target) = (destination.here[axis], destination.target[axis]);
         let decimals = self.decimals(block, axis);
@@ -234,52 +208,36 @@ impl Corrector<'_> {
                 false => number::last_digit(self.options.decimals(axis, self.units())),
             };
             if by.abs() <= last {
-                return Ok(AxisWord::None);
+                return Ok(());
             }
         }
         if axis == 2 && !destination.machine && self.written.offset_in_doubt {
-            return Err(offset_in_doubt(span_of(block)));
+            return Err(offset_in_doubt(block.axis_span()));
         }
-        if !relative
-            && !destination.machine
-            && known
-            && self.rules.setup.wrapped[axis] == Some(true)
-        {
-            return match by.abs() < finest {
-                // A word that moves nothing could mean a whole turn.
-                true => Ok(AxisWord::Goes),
-                false => self.wrapped_word(block, axis, [here, target], decimals),
-            };
+        let moves = !known || by.abs() >= finest;
+        let absolute = !relative && !destination.machine;
+        let is_wrapped = absolute && known && self.rules.setup.wrapped[axis] == Some(true);
+        if is_wrapped && !moves {
+            // A word that moves nothing could mean a whole turn.
+            words.left_out |= 1 << axis;
+            return Ok(());
         }
-        let value = number::rounded(if relative { by } else { in_units(target) }, decimals);
-        Ok(AxisWord::Says {
-            value,
-            decimals,
-            leads: if relative {
-                here + value * unit
-            } else {
-                value * unit
-            },
-            moves: !known || by.abs() >= finest,
-        })
-    }
-
-    /// The word of an axis whose words are angles within a turn.
-    fn wrapped_word(
-        &self,
-        block: &Block,
-        axis: usize,
-        [here, target]: [f64; 2],
-        decimals: usize,
-    ) -> Result<AxisWord, Fault> {
-        let word = word_of_wrapped(self.rules.dialect, here, target, decimals);
-        let (value, leads) = word.ok_or_else(|| no_word_of_wrapped(block, axis))?;
-        Ok(AxisWord::Says {
-            value,
-            decimals,
-            leads,
-            moves: true,
-        })
+        let (value, leads) = if is_wrapped {
+            let word = word_of_wrapped(self.rules.dialect, here, target, decimals);
+            word.ok_or_else(|| no_word_of_wrapped(block, axis))?
+        } else if relative {
+            let value = number::rounded(by, decimals);
+            (value, here + value * unit)
+        } else {
+            let value = number::rounded(in_units(target), decimals);
+            (value, value * unit)
+        };
+        words.written |= 1 << axis;
+        words.value[axis] = value;
+        words.decimals[axis] = decimals as u8;
+        words.moves |= moves;
+        program[axis] = leads;
+        Ok(())
     }
 
     fn motion_word(&self, piece: &Piece) -> Option<Motion> {

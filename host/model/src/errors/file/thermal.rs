@@ -6,7 +6,7 @@ use crate::errors::{
 };
 use crate::machine::Machine;
 use crate::source::FileError;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use trueaxis::Sensor;
 use trueaxis_kinematics::MAX_CHANGES;
 
@@ -44,15 +44,7 @@ impl ErrorModel {
             }
             let mut same = self.sensors.iter().filter(|s| s.sensor == entry.sensor);
             if same.any(|s| s.reference_celsius != entry.reference_celsius) {
-                return Err(FileError::at(
-                    span,
-                    format!(
-                        "sensor `{}` has two different reference temperatures",
-                        entry.sensor
-                    ),
-                    "here the second",
-                    "give one reference per sensor",
-                ));
+                return Err(two_references(span, &entry.sensor));
             }
             let thermal = followed(parameter, entry).map_err(at)?;
             let sensor = self.add_sensor(thermal).map_err(at)?;
@@ -111,6 +103,15 @@ impl ErrorModel {
         let sensor = self.sensors.iter().find(is_it);
         sensor.map_or(0.0, Thermal::largest_kelvin)
     }
+}
+
+fn two_references(span: Range<usize>, sensor: &str) -> FileError {
+    FileError::at(
+        span,
+        format!("sensor `{sensor}` has two different reference temperatures"),
+        "here the second",
+        "give one reference per sensor",
+    )
 }
 
 impl Thermal {

@@ -1,8 +1,9 @@
 //! Samples of all components along one variable, each computed once.
 
-use super::sampling::{Component, Key, Sampler};
+use super::component::Component;
+use super::sampling::{Key, Sampler};
 use nalgebra::DMatrix;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
@@ -53,7 +54,13 @@ impl Shows {
     }
 }
 
-/// Samples along one variable at one set of nodes, in units of the tolerances.
+/// Samples of which the functions before leave less than this, in the unit, tell nothing new.
+const LEAST: f64 = 1e-4;
+/// Number of blocks of columns kept for each function: the largest residual in four is close to the largest in all.
+const TIMES: usize = 4;
+
+/// Samples along one variable at one set of nodes.
+#[derive(Clone)]
 pub struct Along {
     pub shows: Shows,
     /// The node positions.
@@ -65,8 +72,9 @@ pub struct Along {
 }
 
 impl Along {
-    /// All samples along variable `v`, grouped by what they show; within a group, sets with more nodes come last.
-    pub fn all(v: usize, components: &[Component], tolerance: &[f64]) -> Vec<Self> {
+    /// The samples along variable `v` that tell its functions, grouped by what they show; within a group, sets with more
+    /// nodes come last. In `unit`, one for each output.
+    pub fn all(v: usize, components: &[Component], unit: &[f64]) -> Vec<Self> {
         let mut groups: BTreeMap<(Shows, usize), Taken> = BTreeMap::new();
         for (c, component) in components.iter().enumerate() {
             let Some(k) = component.rich.iter().position(|(w, _)| *w == v) else {
@@ -79,7 +87,7 @@ impl Along {
                 columns: Vec::new(),
                 samples: Vec::new(),
             });
-            taken.take(c, component, k, tolerance);
+            taken.take(c, component, k, unit);
         }
         groups
             .into_iter()
@@ -89,7 +97,114 @@ impl Along {
                 samples: DMatrix::from_vec(count, taken.columns.len(), taken.samples),
                 columns: taken.columns,
             })
+            .map(Self::telling)
             .collect()
+    }
+
+    /// Keeps the columns that tell which functions there are. The next one is always that which the columns kept so far
+    /// explain worst, and brings along all that are sampled beside it. At most as many columns as there are nodes are
+    /// independent; after that many, the choice begins anew among the others.
+    fn telling(self) -> Self {
+        let block = |c: usize| (self.columns[c].component, self.columns[c].node);
+        let mut kept: BTreeSet<(usize, usize)> = BTreeSet::new();
+        for _ in 0..TIMES {
+            let mut rest = Rest::of(&self.samples, |c| !kept.contains(&block(c)));
+            for _ in 0..self.nodes.len() {
+                let Some((most, function)) = rest.largest() else {
+                    break;
+                };
+                kept.insert(block(most));
+                rest.leave(&function);
+            }
+        }
+        let kept = (0..self.columns.len()).filter(|c| kept.contains(&block(*c)));
+        let kept: Vec<usize> = kept.collect();
+        Self {
+            shows: self.shows,
+            samples: self.samples.select_columns(&kept),
+            columns: kept.into_iter().map(|c| self.columns[c].clone()).collect(),
+            nodes: self.nodes,
+        }
+    }
+
+    /// The same samples in another unit: each output's is multiplied by a factor.
+    pub fn times(&self, factors: &PerAxis) -> Self {
+        let mut samples = self.samples.clone();
+        for (mut column, from) in samples.column_iter_mut().zip(&self.columns) {
+            column *= factors[from.output];
+        }
+        Self {
+            samples,
+            ..self.clone()
+        }
+    }
+}
+
+/// What some functions leave of columns, as far as it is not negligible.
+struct Rest {
+    nodes: usize,
+    /// Node fastest.
+    values: Vec<f64>,
+    /// The number of each column.
+    numbers: Vec<usize>,
+    /// The place of the largest one.
+    largest: Option<usize>,
+}
+
+impl Rest {
+    /// The columns whose numbers count.
+    fn of(samples: &DMatrix<f64>, counts: impl Fn(usize) -> bool) -> Self {
+        let nodes = samples.nrows();
+        let numbers: Vec<usize> = (0..samples.ncols()).filter(|c| counts(*c)).collect();
+        let mut values = Vec::with_capacity(nodes * numbers.len());
+        for c in &numbers {
+            values.extend_from_slice(&samples.as_slice()[c * nodes..][..nodes]);
+        }
+        let mut all = Self {
+            nodes,
+            values,
+            numbers,
+            largest: None,
+        };
+        all.leave(&vec![0.0; nodes]);
+        all
+    }
+
+    /// The number of the largest column, and a unit vector along it.
+    fn largest(&self) -> Option<(usize, Vec<f64>)> {
+        let place = self.largest?;
+        let column = &self.values[place * self.nodes..][..self.nodes];
+        let size = column.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let function = column.iter().map(|x| x / size).collect();
+        Some((self.numbers[place], function))
+    }
+
+    /// Takes a unit vector out of all columns.
+    fn leave(&mut self, function: &[f64]) {
+        let n = self.nodes;
+        let (mut count, mut most) = (0, LEAST * LEAST);
+        self.largest = None;
+        for place in 0..self.numbers.len() {
+            let column = &mut self.values[place * n..][..n];
+            let along: f64 = column.iter().zip(function).map(|(x, f)| x * f).sum();
+            let mut square = 0.0;
+            for (x, f) in column.iter_mut().zip(function) {
+                *x -= along * f;
+                square += *x * *x;
+            }
+            if square <= LEAST * LEAST {
+                continue;
+            }
+            if square > most {
+                (most, self.largest) = (square, Some(count));
+            }
+            self.values
+                .copy_within(place * n..(place + 1) * n, count * n);
+            self.numbers[count] = self.numbers[place];
+            count += 1;
+        }
+        self.numbers.truncate(count);
+        self.values.truncate(count * n);
     }
 }
 
@@ -102,15 +217,18 @@ struct Taken {
 }
 
 impl Taken {
-    /// Adds component `c` along its `k`-th rich variable.
-    fn take(&mut self, c: usize, component: &Component, k: usize, tolerance: &[f64]) {
+    /// Adds component `c` along its `k`-th rich variable, without columns that tell nothing.
+    fn take(&mut self, c: usize, component: &Component, k: usize, unit: &[f64]) {
         let (stride, rich) = (component.stride(k), component.nodes());
         let count = component.rich[k].1.len();
         for monomial in 0..component.monomials.len() {
             for node in (0..rich).filter(|n| n / stride % count == 0) {
                 let base = monomial * rich + node;
-                for (output, unit) in tolerance.iter().enumerate() {
+                for (output, unit) in unit.iter().enumerate() {
                     let value = |i: usize| component.values[base + i * stride][output] / unit;
+                    if (0..count).map(|i| value(i).powi(2)).sum::<f64>() <= LEAST * LEAST {
+                        continue;
+                    }
                     self.samples.extend((0..count).map(value));
                     self.columns.push(Column {
                         component: c,
@@ -125,14 +243,40 @@ impl Taken {
 }
 
 impl Sampler<'_> {
-    /// The coefficients (mm, rad, all outputs) for columns, at positions along variable `v`: positions × columns.
+    /// The coefficients (mm, rad) for columns, at positions along variable `v`: positions × columns.
     pub fn along(
         &self,
         columns: &[Column],
         v: usize,
         components: &[Component],
         at: &[f64],
-    ) -> Result<Vec<Vec<PerAxis>>, NotConverged> {
+    ) -> Result<DMatrix<f64>, NotConverged> {
+        let variable = &self.variables[v];
+        let sampled: Vec<_> = at.iter().map(|x| variable.sampled_for(*x)).collect();
+        let mut places: Vec<f64> = sampled.iter().flatten().map(|(x, _)| *x).collect();
+        places.sort_by(f64::total_cmp);
+        places.dedup();
+        let known = self.coefficients_at_all(columns, v, components, &places)?;
+        let mut values = DMatrix::zeros(at.len(), columns.len());
+        for (row, sampled) in sampled.iter().enumerate() {
+            for (x, weight) in sampled {
+                let place = places.partition_point(|p| p < x);
+                for column in 0..columns.len() {
+                    values[(row, column)] += weight * known[(place, column)];
+                }
+            }
+        }
+        Ok(values)
+    }
+
+    /// The coefficients at places, each computed once.
+    fn coefficients_at_all(
+        &self,
+        columns: &[Column],
+        v: usize,
+        components: &[Component],
+        places: &[f64],
+    ) -> Result<DMatrix<f64>, NotConverged> {
         let key = |c: &Column, x: f64| {
             let component = &components[c.component];
             let switches = (component.on, component.even);
@@ -141,7 +285,7 @@ impl Sampler<'_> {
         let mut missing: Vec<(Key, usize)> = Vec::new();
         {
             let known = self.memory.known();
-            for x in at {
+            for x in places {
                 for column in columns {
                     let key = key(column, *x);
                     if !known.contains_key(&key) {
@@ -154,8 +298,8 @@ impl Sampler<'_> {
         // share most of them.
         missing.sort_unstable();
         missing.dedup();
-        let places: Vec<&[(Key, usize)]> = missing.chunk_by(|a, b| a.0.0 == b.0.0).collect();
-        let made = parallel::try_map(&places, |keys| {
+        let shared: Vec<&[(Key, usize)]> = missing.chunk_by(|a, b| a.0.0 == b.0.0).collect();
+        let made = parallel::try_map(&shared, |keys| {
             let values = self.coefficients_at(keys, components)?;
             let keys = keys.iter().map(|(key, _)| *key);
             Ok::<_, NotConverged>(keys.zip(values).collect::<Vec<_>>())
@@ -163,10 +307,10 @@ impl Sampler<'_> {
         let made = made.into_iter().flatten();
         let mut known = self.memory.known();
         known.extend(made);
-        Ok(at
-            .iter()
-            .map(|x| columns.iter().map(|c| known[&key(c, *x)]).collect())
-            .collect())
+        Ok(DMatrix::from_fn(places.len(), columns.len(), |i, c| {
+            let column = &columns[c];
+            known[&key(column, places[i])][column.output]
+        }))
     }
 
     /// The coefficients at one place.
@@ -175,23 +319,62 @@ impl Sampler<'_> {
         keys: &[(Key, usize)],
         components: &[Component],
     ) -> Result<Vec<PerAxis>, NotConverged> {
-        let mut means = vec![PerAxis::default(); keys.len()];
         let Some(&(((_, node, v, x), _), component)) = keys.first() else {
-            return Ok(means);
+            return Ok(Vec::new());
         };
         let component = &components[component];
         let monomials: Vec<usize> = keys.iter().map(|(key, _)| key.1).collect();
         let mut place = component.place(node);
-        let sides = self.variables[v].sides(f64::from_bits(x));
-        for side in &sides {
-            place[v] = *side;
-            let values = self.coefficients(component, &monomials, &place)?;
-            for (mean, value) in means.iter_mut().zip(values) {
-                for (m, x) in mean.iter_mut().zip(value) {
-                    *m += x / sides.len() as f64;
-                }
-            }
-        }
-        Ok(means)
+        place[v] = f64::from_bits(x);
+        self.coefficients(component, &monomials, &place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_columns_tell_the_functions_of_thousands() {
+        let at = |i: usize| i as f64 / 8.0 - 1.0;
+        // Sums of three functions, of very different sizes, and of nothing; two outputs are sampled side by side.
+        let functions = |i: usize| [1.0, at(i), at(i).powi(5)];
+        let column = |c: usize| Column {
+            component: 0,
+            monomial: 0,
+            node: c / 2,
+            output: c % 2,
+        };
+        let factors = |c: usize| match c % 5 {
+            0 => [0.0; 3],
+            k => [
+                1e4 / k as f64,
+                libm::sin(c as f64),
+                1e-2 * libm::cos(c as f64),
+            ],
+        };
+        let value = |i: usize, c: usize| {
+            let parts = functions(i).into_iter().zip(factors(c));
+            parts.map(|(f, a)| f * a).sum::<f64>()
+        };
+        let all = Along {
+            shows: Shows::Moving,
+            nodes: (0..17).map(at).collect(),
+            columns: (0..3000).map(column).collect(),
+            samples: DMatrix::from_fn(17, 3000, value),
+        };
+        let samples = all.samples.clone();
+        let kept = all.telling();
+        assert!(
+            kept.columns.len() <= 2 * 3 * TIMES,
+            "{}",
+            kept.columns.len()
+        );
+        let pairs = kept.columns.chunks(2);
+        assert!(pairs.into_iter().all(|pair| pair[0].node == pair[1].node));
+        // All others are sums of these.
+        let inverse = kept.samples.clone().pseudo_inverse(1e-6).unwrap();
+        let left = &samples - &kept.samples * (inverse * &samples);
+        assert!(left.amax() < LEAST, "{}", left.amax());
     }
 }

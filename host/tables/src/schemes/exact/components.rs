@@ -1,6 +1,8 @@
 //! Chooses the components that a correction is split into, and how finely each is sampled.
 
-use super::sampling::{Component, Sampler};
+use super::along::Along;
+use super::component::Component;
+use super::sampling::Sampler;
 use super::trials::{random_place, to_corner};
 use super::variables::{Kind, VariableValues};
 use rand::SeedableRng;
@@ -22,6 +24,38 @@ const JOINT_NODES: usize = 13;
 /// Most nodes of a component before variables get fewer, and the fewest per variable: a second on one core.
 const MOST_NODES: usize = 30_000;
 const LEAST_NODES: usize = 7;
+
+/// The components that a correction is split into, with the samples that tell the functions of every variable.
+pub struct Split {
+    pub components: Vec<Component>,
+    /// For each variable, in `unit`.
+    along: Vec<Vec<Along>>,
+    /// Of each output (mm, rad): the finest tolerance that is resolved.
+    unit: PerAxis,
+}
+
+impl Split {
+    /// Finds the samples that tell the functions.
+    pub fn new(sampler: &Sampler<'_>, components: Vec<Component>, unit: PerAxis) -> Self {
+        let outputs = sampler.kinematics.machine.axes.len();
+        let variables: Vec<usize> = (0..sampler.variables.len()).collect();
+        let of = |v: &usize| Along::all(*v, &components, &unit[..outputs]);
+        Self {
+            along: parallel::map(&variables, of),
+            components,
+            unit,
+        }
+    }
+
+    /// The samples along a variable, in units of the tolerance.
+    pub fn along(&self, v: usize, tolerance: &PerAxis) -> Vec<Along> {
+        let factors = std::array::from_fn(|i| self.unit[i] / tolerance[i]);
+        self.along[v]
+            .iter()
+            .map(|along| along.times(&factors))
+            .collect()
+    }
+}
 
 /// Joint effects of pairs of first-order sets, as far as they have been sampled.
 #[derive(Default)]

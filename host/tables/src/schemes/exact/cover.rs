@@ -1,182 +1,24 @@
 //! From samples and basis functions to terms: the coefficients of products, and which sums of them become one table.
 
-use super::along::Shows;
-use super::basis::{Basis, Choice, ROUNDING};
+use super::basis::{Basis, Choice};
+use super::component::Component;
+use super::components::Split;
 use super::edit::Spare;
-use super::sampling::{Component, Sampler};
+use super::entries::entries;
+use super::sampling::Sampler;
 use super::structure::{Decomposition, Entry, Function, Key, Structure, Term};
-use super::variables::{MAX_VARIABLES, Variable};
+use super::variables::Variable;
 use crate::target::Target;
-use nalgebra::DMatrix;
-use std::collections::{BTreeMap, BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel::{self, Sort};
 
 /// Share that a basis may leave out, as a fraction of that: every function is combined with many others.
 const BASIS_SHARE: f64 = 0.1;
-/// Products that contribute less than this (in units of the tolerance) are dropped; a thousand of them would not add
-/// up to a tenth.
-const NOISE: f64 = 1e-4;
-/// Number of products considered, the largest first. A target can hold a fiftieth of them; sums of products along
-/// each variable come on top.
-const MOST_ENTRIES: usize = 200_000;
 /// Adding up and pruning about halve the number of terms, so this many times what the target holds may be chosen
 /// first.
 const BEFORE_FOLDING: usize = 2;
-
-/// The functions that make up samples of a kind, and the matrix that converts samples to their coefficients.
-type Inverse = (Vec<usize>, DMatrix<f64>);
-
-/// A variable, what samples along it show, and their number of nodes.
-type SampleKind = (usize, Shows, usize);
-
-/// The kind of a component's samples along its `k`-th rich variable.
-fn kind(component: &Component, k: usize) -> SampleKind {
-    let (v, positions) = &component.rich[k];
-    (*v, Shows::of(component, k), positions.len())
-}
-
-/// The inverses of all kinds that occur.
-fn inverses(
-    sampler: &Sampler<'_>,
-    components: &[Component],
-    bases: &[Basis],
-    tolerance: &PerAxis,
-) -> Result<HashMap<SampleKind, Inverse>, NotConverged> {
-    let mut kinds: BTreeMap<SampleKind, &[f64]> = BTreeMap::new();
-    for component in components {
-        for (k, (_, positions)) in component.rich.iter().enumerate() {
-            kinds.entry(kind(component, k)).or_insert(positions);
-        }
-    }
-    let inverse = |((v, shows, nodes), positions): (SampleKind, &[f64])| {
-        let all = bases[v].values(v, sampler, components, tolerance, positions)?;
-        let shown = bases[v].shown(shows, nodes).to_vec();
-        let part = all.select_columns(&shown);
-        let inverse = part.pseudo_inverse(ROUNDING);
-        let inverse = inverse.unwrap_or_else(|_| DMatrix::zeros(shown.len(), nodes));
-        Ok(((v, shows, nodes), (shown, inverse)))
-    };
-    let inverses = parallel::try_map(&Vec::from_iter(kinds), |kind| inverse(*kind))?;
-    Ok(inverses.into_iter().collect())
-}
-
-/// Converts samples (`outer` × nodes × `inner`) to coefficients of functions.
-fn projected(values: &[f64], inverse: &DMatrix<f64>, outer: usize, inner: usize) -> Vec<f64> {
-    let (from, to) = (inverse.ncols(), inverse.nrows());
-    let mut projected = vec![0.0; outer * to * inner];
-    for block in 0..outer {
-        for function in 0..to {
-            let target = &mut projected[(block * to + function) * inner..][..inner];
-            for node in 0..from {
-                let factor = inverse[(function, node)];
-                let source = &values[(block * from + node) * inner..][..inner];
-                for (t, s) in target.iter_mut().zip(source) {
-                    *t += factor * s;
-                }
-            }
-        }
-    }
-    projected
-}
-
-/// Projects all components onto the bases. If the structure will leave out more than the tolerance anyway
-/// (`left_out`, in units of it), small products are dropped in proportion.
-pub fn entries(
-    sampler: &Sampler<'_>,
-    components: &[Component],
-    bases: &[Basis],
-    tolerance: &PerAxis,
-    left_out: f64,
-) -> Result<Vec<Entry>, NotConverged> {
-    let outputs = &tolerance[..sampler.kinematics.machine.axes.len()];
-    let noise = NOISE * left_out.max(1.0);
-    let inverses = inverses(sampler, components, bases, tolerance)?;
-    // Each component separately, then summed in a fixed order.
-    let parts = parallel::map(components, |component| {
-        coefficients(component, &inverses, outputs, 1e-3 * noise)
-    });
-    let mut parts = parts.concat();
-    // The sort is stable, and so is the order of summation.
-    parts.par_sort_by_key(|(key, _)| *key);
-    let mut entries: Vec<Entry> = parts
-        .chunk_by(|(a, _), (b, _)| a == b)
-        .map(|same| {
-            let (output, key) = same[0].0;
-            let value: f64 = same.iter().map(|(_, value)| value).sum();
-            let peaks = key.iter().zip(bases).map(|(k, b)| b.peaks[usize::from(*k)]);
-            Entry {
-                output,
-                key,
-                value,
-                peak: value.abs() * peaks.product::<f64>(),
-            }
-        })
-        .filter(|e| e.peak > noise)
-        .collect();
-    // If there are more than any target can hold, keep the largest.
-    if entries.len() > MOST_ENTRIES {
-        entries.sort_by(|a, b| {
-            b.peak
-                .total_cmp(&a.peak)
-                .then_with(|| (a.output, a.key).cmp(&(b.output, b.key)))
-        });
-        entries.truncate(MOST_ENTRIES);
-        entries.sort_by_key(|e| (e.output, e.key));
-    }
-    Ok(entries)
-}
-
-/// The coefficients of a component's products in the outputs with these tolerances, in units of them, except those below
-/// `least`.
-fn coefficients(
-    component: &Component,
-    inverses: &HashMap<SampleKind, Inverse>,
-    outputs: &[f64],
-    least: f64,
-) -> Vec<((usize, Key), f64)> {
-    let mut functions_of: Vec<&[usize]> = Vec::new();
-    let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
-    let monomials = component.monomials.len();
-    let of_output = |(o, unit): (usize, &f64)| {
-        let unit = *unit;
-        component.values.iter().map(move |v| v[o] / unit)
-    };
-    let mut values: Vec<f64> = outputs.iter().enumerate().flat_map(of_output).collect();
-    // Layout of values: output, monomial, rich nodes. Rich variables are converted to functions one after the
-    // other.
-    for k in 0..component.rich.len() {
-        let (shown, inverse) = &inverses[&kind(component, k)];
-        functions_of.push(shown);
-        let outer: usize = outputs.len() * monomials * shape[..k].iter().product::<usize>();
-        let inner: usize = shape[k + 1..].iter().product();
-        values = projected(&values, inverse, outer, inner);
-        shape[k] = inverse.nrows();
-    }
-    let functions: usize = shape.iter().product();
-    let mut found = Vec::new();
-    for (index, value) in values.iter().enumerate() {
-        if value.abs() < least {
-            continue;
-        }
-        let mut key = [0; MAX_VARIABLES];
-        let mut rest = index % functions;
-        for (k, (v, _)) in component.rich.iter().enumerate().rev() {
-            key[*v] = functions_of[k][rest % shape[k]] as u8;
-            rest /= shape[k];
-        }
-        let block = index / functions;
-        for &v in &component.monomials[block % monomials] {
-            key[v] += 1;
-        }
-        for &v in &component.odd {
-            key[v] = if component.even { 2 } else { 1 };
-        }
-        found.push(((block / monomials, key), *value));
-    }
-    found
-}
 
 /// The quantity to minimize.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -340,13 +182,14 @@ impl<'a> Cover<'a> {
     ///
     /// A fibre is the sum of all entries that differ in the function of only one variable; it becomes one term with
     /// one merged table. The fibre with the most significant entries is chosen first; small entries are included at
-    /// no cost or left out. `capacity` limits the number of merged tables. `None` if more than `most` terms are needed.
-    pub fn choose(&self, share: f64, capacity: usize, most: usize) -> Option<Structure> {
-        let first_most = if self.prunes {
-            BEFORE_FOLDING * most
-        } else {
-            most
-        };
+    /// no cost or left out. `capacity` limits the number of merged tables. `None` if more terms are needed than `first_most`
+    /// before small parts are removed, or `most` at the end.
+    pub fn choose(
+        &self,
+        share: f64,
+        capacity: usize,
+        [first_most, most]: [usize; 2],
+    ) -> Option<Structure> {
         let (entries, variables, bases) = (self.entries, self.variables, self.bases);
         let mut structure = Structure::default();
         let mut left = Left::new(entries, share);
@@ -463,7 +306,7 @@ impl Attempt {
 /// Finds the functions of every variable, if the structure may leave out `share` of the tolerance.
 pub fn bases(
     sampler: &Sampler<'_>,
-    components: &[Component],
+    split: &Split,
     tolerance: &PerAxis,
     minimize: Minimize,
     share: f64,
@@ -474,29 +317,24 @@ pub fn bases(
     };
     let variables: Vec<_> = sampler.variables.iter().enumerate().collect();
     parallel::try_map(&variables, |(v, variable)| match variable.is_rich() {
-        true => Basis::find(*v, sampler, components, tolerance, choice),
+        true => {
+            let along = split.along(*v, tolerance);
+            Basis::find(*v, &along, sampler, &split.components, tolerance, choice)
+        }
         false => Ok(Basis::of_lever(variable)),
     })
 }
 
-/// True if the target holds the terms that leave out no more than `share` of the tolerance.
-pub fn fits(
-    sampler: &Sampler<'_>,
-    components: &[Component],
-    bases: &[Basis],
-    tolerance: &PerAxis,
-    (minimize, target): (Minimize, &Target),
-    share: f64,
-) -> Result<bool, NotConverged> {
-    let entries = entries(sampler, components, bases, tolerance, 0.0)?;
-    let cover = Cover::new(&entries, &sampler.variables, bases, minimize);
-    Ok(cover
-        .choose(share, target.tables * 2 / 3, target.terms)
-        .is_some_and(|structure| structure.count() <= target.tables))
+/// What to do if the target cannot hold all terms.
+#[derive(Clone, Copy)]
+pub enum IfFull {
+    /// Leave out the smallest ones; `before` is the part that an earlier attempt had to leave out.
+    LeaveOut { before: f64 },
+    /// Leave out everything.
+    GiveUp,
 }
 
-/// Finds terms that leave out no more than `share` of the tolerance, or as little as the target allows. `before` is the
-/// part that an earlier attempt had to leave out.
+/// Finds terms that leave out no more than `share` of the tolerance, or as little as the target allows.
 pub fn attempt(
     sampler: &Sampler<'_>,
     components: &[Component],
@@ -504,34 +342,39 @@ pub fn attempt(
     tolerance: &PerAxis,
     (minimize, target): (Minimize, &Target),
     share: f64,
-    before: f64,
+    if_full: IfFull,
 ) -> Result<Attempt, NotConverged> {
+    let (before, more) = match if_full {
+        IfFull::LeaveOut { before } => (before, BEFORE_FOLDING),
+        IfFull::GiveUp => (0.0, 1),
+    };
     let entries = entries(sampler, components, &bases, tolerance, before)?;
     let direction = matches!(sampler.kinematics.policy, Policy::Direction { .. });
     let cover = Cover::new(&entries, &sampler.variables, &bases, minimize).pruned(direction);
+    let first_most = if direction { more } else { 1 } * target.terms;
     let choose = |share: f64| {
-        let structure = cover.choose(share, target.tables * 2 / 3, target.terms);
+        let structure = cover.choose(share, target.tables * 2 / 3, [first_most, target.terms]);
         structure.filter(|s| s.count() <= target.tables)
     };
     let (mut structure, mut left_out) = (choose(share), share);
     let is_full = structure.is_none();
     if is_full {
-        // Leave out the smallest entries that the target cannot hold; verification shows the effect. With everything
-        // left out it certainly fits: bisect on a logarithmic scale.
-        let (mut too_little, mut enough) = (share, cover.share_of_nothing().max(share));
+        left_out = cover.share_of_nothing().max(share);
+    }
+    if is_full && matches!(if_full, IfFull::LeaveOut { .. }) {
+        // With everything left out it certainly fits: bisect on a logarithmic scale. Verification shows the effect.
+        let mut too_little = share;
         for _ in 0..8 {
-            let between = (too_little * enough).sqrt();
+            let between = (too_little * left_out).sqrt();
             match choose(between) {
                 None => too_little = between,
-                fits => (enough, structure) = (between, fits),
+                fits => (left_out, structure) = (between, fits),
             }
         }
-        left_out = enough;
     }
-    let structure = structure.unwrap_or_default();
     Ok(Attempt {
         bases,
-        structure,
+        structure: structure.unwrap_or_default(),
         is_full,
         left_out,
     })
@@ -561,7 +404,7 @@ mod tests {
             peak: 3.0,
         }];
         let cover = Cover::new(&entries, &variables, &bases, Minimize::Tables);
-        cover.choose(0.1, 255, 100).unwrap()
+        cover.choose(0.1, 255, [100; 2]).unwrap()
     }
 
     #[test]

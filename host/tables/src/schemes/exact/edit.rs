@@ -203,18 +203,22 @@ impl Structure {
         let has_bent = |t: &Term| t.factors.iter().any(|(_, f)| is_bent(f));
         // Among the users without a table of their own, a term that is the table's only user can put its weight into
         // it.
-        let users = |table: &(usize, Function)| {
-            let plain = self.terms.iter().filter(|t| !has_bent(t));
-            plain.filter(|t| t.factors.contains(table)).count()
-        };
-        let takes_weight = |t: &Term| has_bent(t) || t.factors.iter().any(|f| users(f) == 1);
-        let weightless: Vec<bool> = (self.terms.iter())
-            .map(|term| {
-                let mut same = self.terms.iter().filter(|t| t.output == term.output);
-                same.all(|t| t.factors.len() <= 2 && takes_weight(t))
-            })
+        let mut users: BTreeMap<(usize, Function), usize> = BTreeMap::new();
+        for term in self.terms.iter().filter(|term| !has_bent(term)) {
+            let tables = term.factors.iter().enumerate();
+            for (_, table) in tables.filter(|(i, f)| !term.factors[..*i].contains(f)) {
+                *users.entry(*table).or_insert(0) += 1;
+            }
+        }
+        let takes_weight =
+            |t: &Term| has_bent(t) || t.factors.iter().any(|f| users.get(f) == Some(&1));
+        let mut heavy: Vec<usize> = (self.terms.iter())
+            .filter(|term| term.factors.len() > 2 || !takes_weight(term))
+            .map(|term| term.output)
             .collect();
-        for (i, is_weightless) in weightless.into_iter().enumerate() {
+        heavy.sort_unstable();
+        heavy.dedup();
+        for i in 0..self.terms.len() {
             let mut bent = self.terms[i].factors.iter().filter(|(_, f)| is_bent(f));
             let (Some(&(v, function)), None) = (bent.next(), bent.next()) else {
                 continue;
@@ -223,7 +227,7 @@ impl Structure {
                 seen.push((v, function));
                 continue;
             }
-            if !is_weightless {
+            if heavy.contains(&self.terms[i].output) {
                 continue;
             }
             let coefficients = match function {

@@ -4,11 +4,11 @@
 //! fitted by repeated weighted least squares, in which positions with larger residuals count more (Lawson). This
 //! reduces the largest deviation, not only the mean.
 
-use crate::validate::{Command, Runtime};
 use nalgebra::{DMatrix, DVector};
 use trueaxis::{Draft, DraftBank, Term};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
+use trueaxis_model::validate::{Command, Runtime};
 
 /// Rounds of reweighting, steps of the first solution, and the ridge added to the squares of the products, which are
 /// 1; it is large enough to fix weights that the samples do not determine.

@@ -8,42 +8,54 @@
 //! the structure allows it. Tables are accepted only after their effect has been measured as the runtime evaluates
 //! them. So no constant decides whether a result is right: they decide how quickly a good one is found.
 //!
-//! The files, in the order in which they use each other: `nodes`, `variables`, `sampling`, `along` and `basis` find the
-//! functions; `structure`, `edit`, `fold` and `cover` the terms; `spline`, `grid`, `points` and `draft` the tables;
-//! `trials`, `components`, `fit`, `judge` and `search` try them.
+//! The files, in the order in which they use each other: `nodes`, `variables`, `component`, `sampling`, `along` and `basis` find the
+//! functions; `structure`, `edit`, `sums`, `fold`, `entries` and `cover` the terms; `spline`, `grid`, `points` and `draft` the
+//! tables; `trials`, `components`, `tolerance`, `positions`, `fit`, `judge`, `budget`, `candidate` and `search` try them.
 
 mod along;
 mod basis;
+mod budget;
+mod candidate;
+mod component;
 mod components;
 mod cover;
 mod draft;
 mod edit;
+mod entries;
 mod fit;
 mod fold;
 mod grid;
 mod judge;
 mod nodes;
 mod points;
+mod positions;
 mod sampling;
 mod search;
 #[cfg(test)]
 mod specimen;
 mod spline;
 mod structure;
+mod sums;
+mod tolerance;
 mod trials;
 mod variables;
 
 use crate::schemes::blank::blank;
 use crate::schemes::{self, Options, SchemeError};
 use crate::target::Target;
+pub use candidate::Effort;
 pub use cover::Minimize;
-use judge::{Judge, Positions, Tolerance};
+use judge::Judge;
+use positions::Positions;
 use sampling::Sampler;
-pub use search::Effort;
 use search::{FAR_OUT_OF_REACH, Sampled, Search};
+use tolerance::Tolerance;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
+
+/// The tolerance (mm) that samples resolve, unless a finer one is asked for: the finest that is tried by default.
+const USUAL: f64 = 5e-5;
 
 /// Finds tables and terms that reproduce the kinematic correction within a tolerance. What does not depend on the
 /// tolerance is sampled once.
@@ -51,8 +63,8 @@ pub struct Exact<'a> {
     minimize: Minimize,
     kinematics: Kinematics<'a>,
     positions: Positions<'a>,
-    /// One for each choice of nodes.
-    sampled: Vec<Sampled<'a>>,
+    /// For all tolerances tried so far.
+    sampled: Option<Sampled<'a>>,
     /// A target that was too small for a tolerance, and the error (mm) that its capacity left.
     too_small: Option<(Target, f64)>,
 }
@@ -74,22 +86,22 @@ impl<'a> Exact<'a> {
             minimize,
             positions: Positions::new(&kinematics, zero)?,
             kinematics,
-            sampled: Vec::new(),
+            sampled: None,
             too_small: None,
         })
     }
 
-    /// The place of the samples at the nodes for a tolerance.
-    fn sampled(&mut self, tolerance: &Tolerance) -> Result<usize, SchemeError> {
-        let relative = self.positions.smallest_part(tolerance);
-        let variables = variables::variables(&self.kinematics, relative);
-        let is_it = |known: &Sampled<'_>| known.sampler.variables == variables;
-        if let Some(place) = self.sampled.iter().position(is_it) {
-            return Ok(place);
+    /// Samples that resolve a tolerance: new ones only if it is finer than all before, and finer than what is usual.
+    fn sample(&mut self, mm: f64) -> Result<(), SchemeError> {
+        let finest = Tolerance::new(&self.kinematics, mm.min(USUAL)).axes;
+        if self.sampled.as_ref().is_some_and(|s| s.resolves(&finest)) {
+            return Ok(());
         }
+        let relative = self.positions.smallest_part(&finest);
+        let variables = variables::variables(&self.kinematics, relative);
         let sampler = Sampler::new(&self.kinematics, variables, self.positions.zero);
-        self.sampled.push(Sampled::new(sampler)?);
-        Ok(self.sampled.len() - 1)
+        self.sampled = Some(Sampled::new(sampler, finest)?);
+        Ok(())
     }
 
     /// Finds the tables for the tolerance and the target in `options`.
@@ -119,9 +131,9 @@ impl<'a> Exact<'a> {
         }
         let whole = Tolerance::new(&self.kinematics, options.tolerance);
         let tolerance = whole.axes;
-        let place = self.sampled(&whole)?;
+        self.sample(options.tolerance)?;
         let judge = Judge::new(&self.positions, whole);
-        let sampled = &self.sampled[place];
+        let sampled = self.sampled.as_ref().expect("sampled above");
         let mut search = Search::new(self.minimize, options, effort, sampled, judge);
         if !search.is_worth_while(&tolerance)? {
             if let Some(error) = search.left_by_target() {
@@ -132,8 +144,8 @@ impl<'a> Exact<'a> {
         // Drafts for a finer or a coarser tolerance may improve a result that misses the tolerance, unless only capacity
         // is lacking: then the smallest parts have been left out already. What misses a tolerance has no size to state.
         if !search.run(&tolerance)?
-            && !search.fit()?
             && effort != Effort::IfItFits
+            && !search.fit()?
             && !search.lacks_room()
             && !search.finer(&tolerance)?
             && !search.fit()?
@@ -141,7 +153,7 @@ impl<'a> Exact<'a> {
             search.coarser(&tolerance)?;
             search.fit()?;
         }
-        if !search.is_near_enough() {
+        if !search.is_good_enough() {
             return Ok(None);
         }
         let Some(best) = search.best else {

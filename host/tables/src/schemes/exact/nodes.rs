@@ -23,6 +23,25 @@ pub fn chebyshev([low, high]: [f64; 2], count: usize) -> Vec<f64> {
         .collect()
 }
 
+/// Chebyshev points of a range, without its ends.
+pub fn chebyshev_inside([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+    let (mid, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / count as f64;
+    (0..count)
+        .map(|k| mid - half * libm::cos(angle(k)))
+        .collect()
+}
+
+/// The weights of the values at some positions in their interpolating polynomial at `x`.
+pub fn lagrange(positions: &[f64], x: f64) -> Vec<(usize, f64)> {
+    let weight = |i: usize| {
+        let others = positions.iter().enumerate().filter(|(j, _)| *j != i);
+        let factors = others.map(|(_, p)| (x - p) / (positions[i] - p));
+        factors.product::<f64>()
+    };
+    (0..positions.len()).map(|i| (i, weight(i))).collect()
+}
+
 /// Number of nodes that resolve the functions of a rotary axis with its motions off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Turning {

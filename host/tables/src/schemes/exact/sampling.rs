@@ -1,7 +1,8 @@
 //! Samples reference corrections on small grids, split into the contribution of every source of error.
 
+use super::component::{Component, Levers};
 use super::nodes;
-use super::variables::{Kind, MAX_VARIABLES, Variable, VariableValues};
+use super::variables::{Kind, Variable, VariableValues};
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use trueaxis_model::errors::{Situation, Switches};
@@ -9,9 +10,9 @@ use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 use trueaxis_model::parallel;
 
-/// Step (mm or rad) at which the iteration for samples ends: it leaves at most 1e-5 of the default tolerance of
-/// rotary axes, for errors of 1 %.
-const STEP: f64 = 5e-11;
+/// Step (mm or rad) at which the iteration for samples ends. Each step is at most 1e-2 of the one before, for errors of
+/// 1 %, and 1e-4 for usual ones, so what is left is at most 4e-4 of the finest usual tolerance, and usually 4e-6.
+const STEP: f64 = 2e-9;
 
 /// Switches of a component and whether it is even, node, variable, and the bits of the position along it.
 type Place = ((u32, bool), usize, usize, u64);
@@ -41,28 +42,6 @@ pub struct Sampler<'a> {
     instead: [[f64; 6]; MAX_AXES],
     /// Samples along variables made so far.
     pub memory: Memory,
-}
-
-/// One part of the correction: what the switches in `on` add together, beyond the contributions of their proper
-/// subsets.
-#[derive(Clone, Debug)]
-pub struct Component {
-    /// Bit set of the switched variables (by index).
-    pub on: u32,
-    /// The rich variables, and their node positions here.
-    pub rich: Vec<(usize, Vec<f64>)>,
-    /// Which of the rich variables have their motions on.
-    pub moving: Vec<bool>,
-    /// Products of the other positions (and tool length) that it contains: of degree zero, one, and two where a
-    /// motion bends. There, an angular motion shifted by its own axis' correction, which depends on the levers, acts
-    /// on the levers again.
-    pub monomials: Vec<Vec<usize>>,
-    /// Odd variables: the part is proportional to each of them.
-    pub odd: Vec<usize>,
-    /// True if it is what the odd part leaves, proportional to the square of the only odd variable (second order).
-    pub even: bool,
-    /// Coefficients, mm and rad per output: monomial slowest, then the rich nodes in order.
-    pub values: Vec<PerAxis>,
 }
 
 /// Number of positions along an axis at which the middle of its motions is searched: one or two per measured point.
@@ -436,150 +415,5 @@ impl Sampler<'_> {
     }
 }
 
-/// The weights of the values at some positions in their interpolating polynomial at `x`.
-fn lagrange(positions: &[f64], x: f64) -> Vec<(usize, f64)> {
-    let weight = |i: usize| {
-        let others = positions.iter().enumerate().filter(|(j, _)| *j != i);
-        let factors = others.map(|(_, p)| (x - p) / (positions[i] - p));
-        factors.product::<f64>()
-    };
-    (0..positions.len()).map(|i| (i, weight(i))).collect()
-}
-
-/// Levers that are not at 0, with their ξ.
-type Levers = Vec<(usize, f64)>;
-
-impl Component {
-    /// Points and weights whose sum is the coefficient of a monomial. These are exact finite differences, because no
-    /// monomial is of degree three.
-    fn stencil(&self, monomial: usize) -> Vec<(Levers, f64)> {
-        let quadratic = self.monomials.last().is_some_and(|m| m.len() == 2);
-        match self.monomials[monomial][..] {
-            [v] if quadratic => vec![(vec![(v, 1.0)], 0.5), (vec![(v, -1.0)], -0.5)],
-            [v] => vec![(vec![(v, 1.0)], 1.0), (vec![], -1.0)],
-            [v, w] if v == w => vec![
-                (vec![(v, 1.0)], 0.5),
-                (vec![(v, -1.0)], 0.5),
-                (vec![], -1.0),
-            ],
-            [v, w] => vec![
-                (vec![(v, 1.0), (w, 1.0)], 1.0),
-                (vec![(v, 1.0)], -1.0),
-                (vec![(w, 1.0)], -1.0),
-                (vec![], 1.0),
-            ],
-            _ => vec![(vec![], 1.0)],
-        }
-    }
-
-    /// The place of a rich node (affine and odd variables 0).
-    pub fn place(&self, mut node: usize) -> VariableValues {
-        let mut place = [0.0; MAX_VARIABLES];
-        for (v, positions) in self.rich.iter().rev() {
-            place[*v] = positions[node % positions.len()];
-            node /= positions.len();
-        }
-        place
-    }
-
-    /// The nodes of this grid from which a node of a finer grid is interpolated, with their weights. The finer grid
-    /// has more positions along some variables.
-    fn around(&self, fine: &Self, node: usize) -> Vec<(usize, f64)> {
-        let mut around = vec![(0, 1.0)];
-        let mut rest = node;
-        let mut stride = 1;
-        for ((_, few), (_, all)) in self.rich.iter().zip(&fine.rich).rev() {
-            let index = rest % all.len();
-            rest /= all.len();
-            let parts = if few.len() == all.len() {
-                vec![(index, 1.0)]
-            } else {
-                lagrange(few, all[index])
-            };
-            around = around
-                .iter()
-                .flat_map(|(n, w)| parts.iter().map(move |(i, p)| (n + i * stride, w * p)))
-                .collect();
-            stride *= few.len();
-        }
-        around
-    }
-
-    /// Number of rich nodes.
-    pub fn nodes(&self) -> usize {
-        self.rich.iter().map(|(_, p)| p.len()).product()
-    }
-
-    /// Distance in the node index between neighbours of the `k`-th rich variable.
-    pub fn stride(&self, k: usize) -> usize {
-        self.rich[k + 1..].iter().map(|(_, p)| p.len()).product()
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::super::components::{Joint, first_order, second_order};
-    use super::super::specimen::{errors, with_rotary};
-    use super::super::variables::variables;
-    use super::*;
-
-    const RICH: &str = "[parameters]\nEYX2 = 2e-7\nECX1 = 1e-6\nEAY3 = 1e-12\nEXYb = 2e-3\n\
-        EB0A = 50e-6\nEZA2 = 5e-3\nEXCc2 = 4e-3\nEXX1 = 3e-5\n";
-
-    #[test]
-    fn what_is_filled_in_is_what_is_sampled_one_by_one() {
-        let machine = with_rotary(&[('A', [-60.0, 60.0]), ('C', [-180.0, 180.0])]);
-        let errors = errors(&machine, RICH);
-        let kinematics = Kinematics::new(&machine, &errors);
-        let variables = variables(&kinematics, 1e-6);
-        let sampler = Sampler::new(&kinematics, variables.clone(), PerAxis::default());
-        let mut components = first_order(&sampler).unwrap();
-        components
-            .extend(second_order(&sampler, &Joint::default(), &[1e-6; MAX_AXES], 600_000).unwrap());
-        assert!(components.len() > 6);
-        for component in &components {
-            for monomial in 0..component.monomials.len() {
-                for node in (0..component.nodes()).step_by(component.nodes() / 7 + 1) {
-                    let place = component.place(node);
-                    let one = sampler
-                        .coefficients(component, &[monomial], &place)
-                        .unwrap()[0];
-                    let filled = component.values[monomial * component.nodes() + node];
-                    for (one, filled) in one.iter().zip(filled) {
-                        // The iteration for samples ends at 5e-11; this is a second difference of three of them,
-                        // times four subsets.
-                        assert!((one - filled).abs() < 5e-9, "{one} and {filled}");
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn the_parts_add_up_to_the_whole() {
-        let machine = with_rotary(&[('A', [-60.0, 60.0])]);
-        let errors = errors(
-            &machine,
-            "[parameters]\nEYX2 = 2e-7\nEAY3 = 1e-12\nEB0A = 50e-6\n",
-        );
-        let kinematics = Kinematics::new(&machine, &errors);
-        let variables = variables(&kinematics, 1e-6);
-        let sampler = Sampler::new(&kinematics, variables.clone(), PerAxis::default());
-        let switches = (0..variables.len()).filter(|v| variables[*v].is_switch());
-        let all: u32 = switches.map(|v| 1 << v).sum();
-        let mut place = [0.0; MAX_VARIABLES];
-        place[..4].copy_from_slice(&[120.0, -80.0, 45.0, 0.7]);
-        let mut sum = PerAxis::default();
-        for on in 0..=all {
-            if on & !all == 0 {
-                for (s, a) in sum.iter_mut().zip(sampler.added(&place, on).unwrap()) {
-                    *s += a;
-                }
-            }
-        }
-        let whole = sampler.exact(&place, all).unwrap();
-        for (s, w) in sum.iter().zip(whole) {
-            assert!((s - w).abs() < 1e-12);
-        }
-    }
-}
+mod tests;

@@ -1,15 +1,15 @@
 //! Search for the best draft: structures first, then points, each measured.
 
-use super::components::Joint;
-use super::cover::{self, Attempt, Minimize, attempt};
-use super::judge::{Judge, Verdict};
-use super::points::{Budget, GOOD, LITTLE_LESS, PeakTables, STUCK, TOOL_SHARE};
-use super::sampling::{Component, Sampler};
+use super::budget::{Budget, GOOD, LITTLE_LESS, TOOL_SHARE};
+use super::candidate::{Candidate, Effort, HARMLESS, confirm};
+use super::components::{Joint, Split};
+use super::cover::{self, Attempt, IfFull, Minimize, attempt};
+use super::judge::Judge;
+use super::points::{PeakTables, STUCK};
+use super::sampling::Sampler;
 use super::trials::Trials;
 use super::{components, draft, points};
 use crate::schemes::{Options, SchemeError};
-use crate::target::Target;
-use trueaxis::Draft;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 
@@ -29,9 +29,6 @@ const CUT: f64 = 2.0;
 const SHARES: [f64; 8] = [1.5, 1.0, 0.85, 0.7, 0.4, 0.25, 0.12, 0.06];
 /// Interpolation may use at least this share of the tolerance, and this fraction of what the structure leaves.
 const LEAST_POINT_SHARE: f64 = 0.4;
-/// Tables do no harm if no axis deviates by more than this fraction of the limit; other positions may be a little
-/// worse.
-const HARMLESS: f64 = 0.9;
 /// If the tolerance is missed, drafts for these fractions of it are tried: more tables and less left out, although
 /// the trials did not require it.
 const FINER: [f64; 2] = [0.3, 0.1];
@@ -42,10 +39,6 @@ const COARSER: [f64; 16] = [
 /// Most nodes of joint effects, each counted once for every subset of its switches: half a minute on one core. Weaker
 /// effects are left out.
 const MOST_WORK: usize = 600_000;
-/// How often weights are fitted, each time including the positions that failed before.
-const FITS: usize = 8;
-/// A draft that leaves more tolerances than this after a fit is not fitted again; eight rounds halve the error.
-const OUT_OF_REACH: f64 = 30.0;
 /// If a structure leaves more tolerances than this, nothing but joint effects can help: no fit has more than halved an
 /// error. If it leaves that because the target is full, the tolerance is out of reach.
 const MOST_FITTED: f64 = 2.0;
@@ -56,38 +49,34 @@ pub const FAR_OUT_OF_REACH: f64 = 2.0 * MOST_FITTED;
 /// ones: there the largest error is 0.82 to 0.88 of it.
 const NEARLY_MET: f64 = 1.25;
 
-/// Samples at the nodes that resolve a machine's functions, which hardly depend on the tolerance.
+/// Samples that resolve a tolerance.
 pub struct Sampled<'a> {
-    pub sampler: Sampler<'a>,
+    sampler: Sampler<'a>,
     trials: Trials,
-    first: Vec<Component>,
+    first: Split,
     joint: Joint,
+    /// The finest tolerance that they resolve (mm, rad).
+    finest: PerAxis,
 }
 
 impl<'a> Sampled<'a> {
     /// Samples the first-order components.
-    pub fn new(sampler: Sampler<'a>) -> Result<Self, NotConverged> {
+    pub fn new(sampler: Sampler<'a>, finest: PerAxis) -> Result<Self, NotConverged> {
+        let first = components::first_order(&sampler)?;
         Ok(Self {
             trials: Trials::new(&sampler)?,
-            first: components::first_order(&sampler)?,
+            first: Split::new(&sampler, first, finest),
             joint: Joint::default(),
             sampler,
+            finest,
         })
     }
-}
 
-/// How much work a tolerance is worth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
-    /// The result that deviates least, even if it misses the tolerance.
-    Best,
-    /// A coarser tolerance will be tried next: no result if the target clearly is too small for this one.
-    IfWithinReach,
-    /// Like `IfWithinReach`, and no result that clearly misses the tolerance either.
-    IfNearlyMet,
-    /// No result unless the target holds everything that the tolerance needs, without joint effects: only its size is of
-    /// interest, and they take most of the time.
-    IfItFits,
+    /// True if they resolve a tolerance.
+    pub fn resolves(&self, tolerance: &PerAxis) -> bool {
+        let mut pairs = self.finest.iter().zip(tolerance);
+        pairs.all(|(finest, tolerance)| finest <= tolerance)
+    }
 }
 
 /// A structure that was tried.
@@ -99,34 +88,6 @@ struct Tried {
     pairs: bool,
 }
 
-/// A draft that does no harm.
-pub struct Candidate {
-    pub draft: Draft,
-    verdict: Verdict,
-    /// Error of its structure before interpolation, in units of the requested tolerance.
-    pub structure_error: f64,
-    /// Number of motion pairs included.
-    pub pairs: usize,
-    /// The multiple of the tolerance that it was made for.
-    factor: f64,
-    /// True if its weights have been fitted as far as possible.
-    is_fitted: bool,
-    /// Whether it fills the target, and what was left out, in units of the requested tolerance.
-    is_full: bool,
-    left_out: f64,
-}
-
-impl Candidate {
-    /// The multiple of the tolerance that it meets according to measurement: 1, or the coarser one that it was made
-    /// for.
-    pub fn meets(&self) -> Option<f64> {
-        let multiples = [1.0, self.factor].into_iter();
-        multiples
-            .filter(|f| *f >= 1.0)
-            .find(|f| self.verdict.error <= GOOD * f)
-    }
-}
-
 /// State of the search.
 pub struct Search<'a> {
     minimize: Minimize,
@@ -136,10 +97,9 @@ pub struct Search<'a> {
     judge: Judge<'a>,
     /// The first structure for the requested tolerance, once it has been found.
     first: Option<Tried>,
-    /// The components of the correction.
-    components: Vec<Component>,
-    /// How many of them are joint effects, once these have been searched.
+    /// Number of joint effects, once these have been searched, and the correction split with them.
     pairs: Option<usize>,
+    with_pairs: Option<Split>,
     /// True if the requested tolerance needs more than the target holds.
     pub is_full: bool,
     /// The best candidate so far.
@@ -160,8 +120,8 @@ impl<'a> Search<'a> {
             options,
             effort,
             first: None,
-            components: sampled.first.clone(),
             pairs: None,
+            with_pairs: None,
             judge,
             sampled,
             is_full: false,
@@ -177,42 +137,36 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// False if the effort only allows for a result that nearly meets the tolerance, and the best one does not.
-    pub fn is_near_enough(&self) -> bool {
-        let error = self
-            .best
-            .as_ref()
-            .map_or(f64::INFINITY, |b| b.verdict.error);
-        self.effort != Effort::IfNearlyMet || error <= NEARLY_MET
+    /// False if the effort only allows for a result that meets the tolerance, or nearly does, and the best one does not.
+    pub fn is_good_enough(&self) -> bool {
+        let best = self.best.as_ref();
+        let error = best.map_or(f64::INFINITY, |b| b.verdict.error);
+        error
+            <= match self.effort {
+                Effort::Best | Effort::IfWithinReach => f64::INFINITY,
+                Effort::IfNearlyMet => NEARLY_MET,
+                Effort::IfItFits => GOOD,
+            }
     }
 
     /// False if the effort is not worth while for the requested tolerance, before any table has been sampled.
     pub fn is_worth_while(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
-        let share = self.first_share();
         if self.effort == Effort::Best {
             return Ok(true);
         }
-        if self.effort == Effort::IfItFits {
-            let Sampled { sampler, first, .. } = self.sampled;
-            let bases = cover::bases(sampler, first, tolerance, self.minimize, share)?;
-            let target = (self.minimize, &self.options.target);
-            return Ok(cover::fits(
-                sampler, first, &bases, tolerance, target, share,
-            )?);
-        }
-        let first = self.attempt(tolerance, share, false)?;
+        let first = self.attempt(tolerance, self.first_share(), false)?;
         self.is_full |= first.attempt.is_full;
-        // Otherwise joint effects may be the cause.
-        let is_explained = first.error <= CUT * first.attempt.left_out;
-        let is_out_of_reach = first.attempt.is_full && is_explained && first.error > MOST_FITTED;
         self.first = Some(first);
-        Ok(!is_out_of_reach)
+        Ok(match (self.left_by_target(), self.effort) {
+            (Some(_), Effort::IfItFits) => false,
+            (left, _) => left.is_none_or(|left| left <= MOST_FITTED),
+        })
     }
 
-    /// The error of the first structure that fills the target, in units of the tolerance.
+    /// The error of the first structure that fills the target, as far as it is due to that, in units of the tolerance.
     pub fn left_by_target(&self) -> Option<f64> {
         let first = self.first.as_ref().filter(|first| first.attempt.is_full);
-        first.map(|first| first.error)
+        first.map(|first| first.error.min(first.attempt.left_out))
     }
 
     /// Searches a draft that meets a tolerance; true if one was found.
@@ -316,54 +270,12 @@ impl<'a> Search<'a> {
         best.is_some_and(|b| b.is_full && b.verdict.error < CUT * b.left_out)
     }
 
-    /// Fits the weights of the best candidate; true if it then meets the tolerance. If it nearly does, repeats the
-    /// fit with the positions at which it fails.
+    /// Fits the weights of the best candidate; true if it then meets the tolerance.
     pub fn fit(&mut self) -> Result<bool, SchemeError> {
-        for round in 0..FITS {
-            let Some(best) = self.best.as_mut().filter(|b| !b.is_fitted) else {
-                return Ok(false);
-            };
-            let Some(draft) = self.judge.fitted(&best.draft)? else {
-                return Ok(false);
-            };
-            let target = &self.options.target;
-            let Some(mut verdict) = self.judge.measure(&draft, target) else {
-                return Ok(false);
-            };
-            // The fitted draft must meet whatever the best one was confirmed to meet.
-            let good = verdict.error <= GOOD;
-            let meets = best.meets().filter(|_| !good).unwrap_or(1.0);
-            let is_confirmed = confirm(
-                &mut self.judge,
-                Some(&mut *best),
-                &draft,
-                &mut verdict,
-                meets,
-                target,
-            )?;
-            // Of the same positions.
-            let before = best.verdict.error;
-            let keeps = is_confirmed || best.meets().is_none();
-            let harmless = verdict.harm <= HARMLESS;
-            if keeps && harmless && verdict.error < best.verdict.error {
-                best.draft = draft;
-                best.verdict = verdict;
-            }
-            if good && is_confirmed && harmless {
-                return Ok(true);
-            }
-            // If all further rounds gained as much as this one, they would still miss the tolerance.
-            let gain = verdict.error / before;
-            let left = i32::try_from(FITS - 1 - round).unwrap_or(0);
-            let is_missed = verdict.error * gain.min(1.0).powi(left) > GOOD;
-            if verdict.error > OUT_OF_REACH || self.effort != Effort::Best && is_missed {
-                break;
-            }
-        }
-        if let Some(best) = &mut self.best {
-            best.is_fitted = true;
-        }
-        Ok(false)
+        let Some(best) = self.best.as_mut().filter(|best| !best.is_fitted) else {
+            return Ok(false);
+        };
+        best.fit(&mut self.judge, &self.options.target, self.effort)
     }
 
     /// Tries drafts made for finer tolerances; true if one meets this tolerance.
@@ -424,44 +336,49 @@ impl<'a> Search<'a> {
                 MOST_WORK,
             )?;
             self.pairs = Some(joint.len());
-            self.components.extend(joint);
+            if !joint.is_empty() {
+                let Sampled {
+                    sampler,
+                    first,
+                    finest,
+                    ..
+                } = self.sampled;
+                let all = first.components.iter().cloned().chain(joint).collect();
+                self.with_pairs = Some(Split::new(sampler, all, *finest));
+            }
         }
         Ok(self.pairs.unwrap_or(0))
-    }
-
-    /// Number of components to use, with or without joint effects.
-    fn count(&self, pairs: bool) -> usize {
-        let joint = if pairs { 0 } else { self.pairs.unwrap_or(0) };
-        self.components.len() - joint
     }
 
     /// Tries a structure that leaves out no more than a share of the tolerance, with or without effects of motion
     /// pairs.
     fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
-        let components = &self.components[..self.count(pairs)];
-        let bases = cover::bases(
-            &self.sampled.sampler,
-            components,
-            tolerance,
-            self.minimize,
-            share,
-        )?;
         let Sampled {
             sampler, trials, ..
         } = self.sampled;
+        let with = self.with_pairs.as_ref().filter(|_| pairs);
+        let split = with.unwrap_or(&self.sampled.first);
+        let components = &split.components;
+        let bases = cover::bases(sampler, split, tolerance, self.minimize, share)?;
         let target = (self.minimize, &self.options.target);
-        let try_with = |before: f64| -> Result<(Attempt, f64), SchemeError> {
+        let try_with = |if_full: IfFull| -> Result<(Attempt, f64), SchemeError> {
             let bases = bases.clone();
-            let next = attempt(sampler, components, bases, tolerance, target, share, before)?;
+            let next = attempt(
+                sampler, components, bases, tolerance, target, share, if_full,
+            )?;
             let error = trials.error(&next.found(sampler, components, tolerance))?;
             Ok((next, error))
         };
-        let (mut attempt, mut error) = try_with(0.0)?;
+        let (mut attempt, mut error) = try_with(match self.effort {
+            Effort::IfItFits => IfFull::GiveUp,
+            _ => IfFull::LeaveOut { before: 0.0 },
+        })?;
         for _ in 1..FULL_ATTEMPTS {
-            if !attempt.is_full {
+            if !attempt.is_full || self.effort == Effort::IfItFits {
                 break;
             }
-            let (next, less) = try_with(attempt.left_out)?;
+            let before = attempt.left_out;
+            let (next, less) = try_with(IfFull::LeaveOut { before })?;
             if less > 0.9 * error {
                 break;
             }
@@ -486,7 +403,8 @@ impl<'a> Search<'a> {
         if attempt.structure.count() > usize::from(u8::MAX) {
             return Ok(false);
         }
-        let components = &self.components[..self.count(tried.pairs)];
+        let with = self.with_pairs.as_ref().filter(|_| tried.pairs);
+        let components = &with.unwrap_or(&self.sampled.first).components;
         let found = attempt.found(&self.sampled.sampler, components, tolerance);
         let seen = &PeakTables::all(&found)?;
         // Tolerances differ by a common factor. A draft for a finer tolerance is meant to meet the requested one.
@@ -542,29 +460,10 @@ impl<'a> Search<'a> {
             if is_good {
                 return Ok(verdict.harm <= HARMLESS);
             }
-            if !budget.after_bad(verdict.error, factor, self.options.points.is_some()) {
+            if !budget.after_bad(verdict.error, self.options.points.is_some()) {
                 break;
             }
         }
         Ok(false)
     }
-}
-
-/// Measures a draft at many more positions; true if it stays within `factor` times the tolerance. Otherwise the best
-/// so far is measured again, because positions were added.
-fn confirm(
-    judge: &mut Judge<'_>,
-    best: Option<&mut Candidate>,
-    draft: &Draft,
-    verdict: &mut Verdict,
-    factor: f64,
-    target: &Target,
-) -> Result<bool, SchemeError> {
-    let confirmed = judge.confirm(draft, factor)?;
-    *verdict = confirmed.added_to(*verdict);
-    if let (false, Some(best)) = (confirmed.is_kept, best) {
-        let known = judge.measure(&best.draft, target);
-        best.verdict = known.unwrap_or(best.verdict);
-    }
-    Ok(confirmed.is_kept)
 }

@@ -1,7 +1,8 @@
 //! Terms, and the tables whose products they are: from basis functions to the values of tables at any position.
 
 use super::basis::Basis;
-use super::sampling::{Component, Sampler};
+use super::component::Component;
+use super::sampling::Sampler;
 use super::variables::{Generator, Kind, MAX_VARIABLES, Variable};
 use nalgebra::DMatrix;
 use std::collections::{BTreeMap, HashMap};

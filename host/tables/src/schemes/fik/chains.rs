@@ -2,7 +2,7 @@
 
 use super::form::{TURNS, Variables, turns};
 use super::groups::Group;
-use crate::schemes::products::Points;
+use crate::schemes::points::Points;
 use crate::schemes::products::{Factor, Function};
 use nalgebra::{DMatrix, DVector, RowDVector};
 

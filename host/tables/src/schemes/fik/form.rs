@@ -11,7 +11,7 @@
 //! tool axis takes part in that matrix, so it also depends on the axis next to the tool: there is no finite sum.
 
 use super::sources::Source;
-use crate::schemes::products::Points;
+use crate::schemes::points::Points;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use trueaxis_model::errors::Situation;
@@ -62,6 +62,41 @@ impl Variables {
             middle,
             levers: levers.chain(length).collect(),
         })
+    }
+
+    /// Number of products of functions of the outer axes.
+    fn turns(&self) -> usize {
+        TURNS.pow(self.outer.len() as u32)
+    }
+
+    /// As many angles of each outer axis as it has functions, those of the last axis fastest.
+    fn angles(&self, turn: usize) -> Vec<f64> {
+        let each = (0..self.outer.len() as u32).rev();
+        let turns = each.map(|k| turn / TURNS.pow(k) % TURNS);
+        turns.map(|turn| TAU * turn as f64 / TURNS as f64).collect()
+    }
+
+    /// Position and tool length, for the angles of the outer axes, that of the middle one and levers.
+    fn place(
+        &self,
+        machine: &Machine,
+        angles: &[f64],
+        at: f64,
+        levers: &[f64],
+    ) -> (PerAxis, Option<f64>) {
+        let mut q = PerAxis::default();
+        let mut length = None;
+        q[self.middle] = at;
+        for (axis, angle) in self.outer.iter().zip(angles) {
+            q[*axis] = *angle;
+        }
+        for (input, lever) in self.levers.iter().zip(levers) {
+            match q[..machine.axes.len()].get_mut(*input) {
+                Some(q) => *q = *lever,
+                None => length = Some(*lever),
+            }
+        }
+        (q, length)
     }
 }
 
@@ -136,48 +171,65 @@ pub fn forms(
     sources: &[Source],
 ) -> Option<Vec<Vec<Form>>> {
     let axes = kinematics.machine.axes.len();
-    let middle = variables.middle;
-    let place = |angles: &[f64], at: f64, levers: &[f64]| {
-        let mut q = PerAxis::default();
-        let mut length = None;
-        q[middle] = at;
-        for (axis, angle) in variables.outer.iter().zip(angles) {
-            q[*axis] = *angle;
-        }
-        for (input, lever) in variables.levers.iter().zip(levers) {
-            match q[..axes].get_mut(*input) {
-                Some(q) => *q = *lever,
-                None => length = Some(*lever),
-            }
-        }
-        (q, length)
-    };
-    let count = variables.levers.len();
-    let unit = |lever: usize| -> Vec<f64> {
-        let one = |k: usize| if k + 1 == lever { LEVER } else { 0.0 };
-        (0..count).map(one).collect()
-    };
-    // As many angles of each outer axis as it has functions, those of the last axis fastest.
-    let outer = variables.outer.len() as u32;
-    let all = TURNS.pow(outer);
-    let angles = |turn: usize| -> Vec<f64> {
-        let each = (0..outer).rev();
-        let turns = each.map(|k| turn / TURNS.pow(k) % TURNS);
-        turns.map(|turn| TAU * turn as f64 / TURNS as f64).collect()
-    };
-    // Indices: point, lever, turn, source.
-    let sampled = parallel::map(&points[middle].at, |at| {
-        let levers = (0..=count).map(|lever| {
-            let turns = (0..all).map(|turn| {
-                let (q, length) = place(&angles(turn), *at, &unit(lever));
-                corrections(kinematics, sources, &q, length)
+    let at = &points[variables.middle].at;
+    let sampled = SampledCorrections::new(kinematics, variables, at, sources)?;
+    let mut forms: Vec<Vec<Form>> = (0..sources.len())
+        .map(|source| {
+            (0..axes)
+                .map(|output| sampled.form(source, output))
+                .collect()
+        })
+        .collect();
+    let reach = reach(variables, points);
+    if !agree(kinematics, sources, &forms, at, &reach, variables) {
+        return None;
+    }
+    for of_source in &mut forms {
+        clean(kinematics.machine, of_source, &reach);
+    }
+    Some(forms)
+}
+
+/// The corrections where closed forms are sampled.
+struct SampledCorrections<'v> {
+    variables: &'v Variables,
+    /// Indices: point, lever, turn, source.
+    found: Vec<Vec<Vec<Vec<PerAxis>>>>,
+}
+
+impl<'v> SampledCorrections<'v> {
+    /// At these points of the middle axis; `None` if there is no correction at one of them.
+    fn new(
+        kinematics: &Kinematics<'_>,
+        variables: &'v Variables,
+        at: &[f64],
+        sources: &[Source],
+    ) -> Option<Self> {
+        let count = variables.levers.len();
+        let unit = |lever: usize| -> Vec<f64> {
+            let one = |k: usize| if k + 1 == lever { LEVER } else { 0.0 };
+            (0..count).map(one).collect()
+        };
+        let found = parallel::map(at, |at| {
+            let levers = (0..=count).map(|lever| {
+                let turns = (0..variables.turns()).map(|turn| {
+                    let angles = variables.angles(turn);
+                    let (q, length) =
+                        variables.place(kinematics.machine, &angles, *at, &unit(lever));
+                    corrections(kinematics, sources, &q, length)
+                });
+                turns.collect::<Option<Vec<_>>>()
             });
-            turns.collect::<Option<Vec<_>>>()
+            levers.collect::<Option<Vec<_>>>()
         });
-        levers.collect::<Option<Vec<_>>>()
-    });
-    let sampled = sampled.into_iter().collect::<Option<Vec<_>>>()?;
-    let form = |source: usize, output: usize| {
+        let found = found.into_iter().collect::<Option<Vec<_>>>()?;
+        Some(Self { variables, found })
+    }
+
+    /// The closed form of a source for an output.
+    fn form(&self, source: usize, output: usize) -> Form {
+        let (variables, sampled) = (self.variables, &self.found);
+        let all = variables.turns();
         let matrix = |lever: usize| {
             DMatrix::from_fn(all, sampled.len(), |row, point| {
                 let sum = |(turn, found): (usize, &Vec<PerAxis>)| {
@@ -188,7 +240,7 @@ pub fn forms(
                             (found[source][output] - zero[source][output]) / LEVER
                         }
                     };
-                    value * products_of_turns(&angles(turn))[row]
+                    value * products_of_turns(&variables.angles(turn))[row]
                 };
                 let sum: f64 = sampled[point][lever].iter().enumerate().map(sum).sum();
                 // The mean square of a sine or cosine is a half.
@@ -196,27 +248,13 @@ pub fn forms(
                     0 => 1.0,
                     _ => 2.0,
                 };
-                sum * (0..outer).map(of_axis).product::<f64>() / all as f64
+                let outer = 0..variables.outer.len() as u32;
+                sum * outer.map(of_axis).product::<f64>() / all as f64
             })
         };
-        Form((0..=count).map(matrix).collect())
-    };
-    let mut forms: Vec<Vec<Form>> = (0..sources.len())
-        .map(|source| (0..axes).map(|output| form(source, output)).collect())
-        .collect();
-    let reach = reach(variables, points);
-    let at = &points[middle].at;
-    if !agree(kinematics, sources, &forms, at, &reach, &place, variables) {
-        return None;
+        Form((0..=variables.levers.len()).map(matrix).collect())
     }
-    for of_source in &mut forms {
-        clean(kinematics.machine, of_source, &reach);
-    }
-    Some(forms)
 }
-
-/// Position and tool length for angles, a point and levers.
-type Place<'a> = dyn Fn(&[f64], f64, &[f64]) -> (PerAxis, Option<f64>) + 'a;
 
 /// Whether the forms give the correct corrections at places where they were not sampled.
 fn agree(
@@ -225,7 +263,6 @@ fn agree(
     forms: &[Vec<Form>],
     at: &[f64],
     reach: &[f64],
-    place: &Place<'_>,
     variables: &Variables,
 ) -> bool {
     (0..24).all(|k| {
@@ -236,7 +273,7 @@ fn agree(
         let angles: Vec<f64> = outer.map(|n| TAU * part(n + 1)).collect();
         let levers = reach[1..].iter().enumerate();
         let levers: Vec<f64> = levers.map(|(n, r)| r * (2.0 * part(n + 3) - 1.0)).collect();
-        let (q, length) = place(&angles, at[point], &levers);
+        let (q, length) = variables.place(kinematics.machine, &angles, at[point], &levers);
         let Some(right) = corrections(kinematics, sources, &q, length) else {
             return false;
         };

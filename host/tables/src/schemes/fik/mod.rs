@@ -16,7 +16,8 @@ mod tests;
 mod weights;
 
 use crate::schemes::blank::blank;
-use crate::schemes::products::{Factor, Product, layout, points, subtracted};
+use crate::schemes::points::points;
+use crate::schemes::products::{Factor, Product, layout, subtracted};
 use crate::schemes::{Options, SchemeError, SchemeResult};
 use form::Variables;
 pub use named::names;

@@ -3,12 +3,12 @@
 use super::groups::Group;
 use super::sources::Source;
 use super::{Arranged, arranged};
-use crate::policy::of_blob;
 use crate::schemes::products::Placed;
 use crate::schemes::{Options, SchemeError};
 use trueaxis::{Draft, Largest};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
+use trueaxis_model::policy::of_blob;
 
 /// The errors of each term of a compensation that this scheme made from these errors; empty for terms that subtract
 /// the zero position. `None` if the compensation does not match.

@@ -1,6 +1,7 @@
 //! The errors of a machine as single sources: a value, and what it depends on.
 
-use crate::schemes::products::{Function, Points};
+use crate::schemes::points::Points;
+use crate::schemes::products::Function;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use trueaxis_model::machine::{Machine, PerAxis};
 

@@ -2,11 +2,11 @@
 
 use super::compile;
 use crate::schemes::{self, SchemeError, SchemeResult};
-use crate::validate::{Command, Runtime};
 use trueaxis::{Inputs, Travel, Travelling};
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation};
 use trueaxis_model::kinematics::{Kinematics, Linearised, Policy};
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::validate::{Command, Runtime};
 
 fn machine(text: &str) -> Machine {
     Machine::from_toml(text).unwrap()
@@ -163,7 +163,7 @@ fn at_their_points(machine: &Machine, errors: &ErrorModel, policy: Policy) {
     let blob = draft.encode().unwrap();
     let runtime = Runtime::load(&blob).unwrap();
     let kinematics = Kinematics::new(machine, errors).with_policy(policy);
-    let points = crate::schemes::products::points(&kinematics, super::POINTS);
+    let points = crate::schemes::points::points(&kinematics, super::POINTS);
     for k in 0..50 {
         let place = |i: usize| {
             let at = &points[i].at;

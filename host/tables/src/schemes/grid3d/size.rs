@@ -3,10 +3,10 @@
 use super::mesh::{Mesh, Zone, add, before, correction, error, evenly};
 use super::{Rms, Wanted};
 use crate::schemes::SchemeError;
-use crate::validate::{Region, random_commands};
 use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
+use trueaxis_model::validate::{Region, random_commands};
 
 /// Number of the random commands at which grids are compared (Eq. 12).
 const COMMANDS: usize = 2000;

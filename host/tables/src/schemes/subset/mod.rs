@@ -12,9 +12,9 @@ mod search;
 mod tests;
 
 use crate::schemes::blank::blank;
-use crate::schemes::products::{Factor, Function, Points, Product, layout, points, subtracted};
+use crate::schemes::points::{Points, points};
+use crate::schemes::products::{Factor, Function, Product, layout, subtracted};
 use crate::schemes::{Options, SchemeError, SchemeResult, fik};
-use crate::validate::{Region, random_commands};
 use candidates::{Candidate, Functions};
 use remains::{LEVER, Remains};
 use std::num::NonZeroU8;
@@ -22,6 +22,7 @@ use trueaxis::Draft;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::validate::{Region, random_commands};
 
 /// Number of positions at which the volumetric error is minimized.
 const POSITIONS: usize = 1500;

@@ -5,12 +5,12 @@
 //! may hold. The minimum for any set of tables follows from one matrix.
 
 use super::candidates::{Candidate, Functions};
-use crate::validate::Command;
 use nalgebra::{DMatrix, DVector};
 use trueaxis_model::errors::Switches;
 use trueaxis_model::kinematics::{Kinematics, NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
+use trueaxis_model::validate::Command;
 
 /// The lever (mm) on which rotations count as translations of the tip.
 pub const LEVER: f64 = 100.0;

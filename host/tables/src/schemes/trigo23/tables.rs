@@ -29,7 +29,7 @@ impl Fitted<'_> {
         let (machine, linear) = (self.machine, &self.basis.linear);
         let mut banks: Vec<DraftBank> = (linear.iter())
             .map(|axis| {
-                let ends = Points::ends(machine, *axis);
+                let ends = Points::over(machine, *axis, 2);
                 let coordinate = ends.at.clone();
                 ends.bank(SampleFormat::F32, vec![coordinate; linear.len()])
             })
@@ -78,7 +78,7 @@ impl Fitted<'_> {
             banks.push(points.bank(format, factors));
         } else {
             banks.push(points.bank(format, factors));
-            let ends = Points::ends(machine, self.basis.rotary[self.rotary]);
+            let ends = Points::over(machine, self.basis.rotary[self.rotary], 2);
             banks.push(ends.bank(SampleFormat::F32, alone));
         }
         (banks, terms)

@@ -5,7 +5,7 @@ use crate::commands::bad_input::BadInput;
 use crate::commands::files;
 use std::io::BufRead;
 use std::path::PathBuf;
-use trueaxis_measure::direct::{Growth, ReadingError, Single};
+use trueaxis_direct::{Growth, ReadingError, Single};
 use trueaxis_model::machine::Machine;
 
 /// A temperature sensor.

@@ -4,15 +4,15 @@ use super::{Arguments, FoundConfiguration, is_refused, refused};
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::compile;
-use crate::commands::files::{self, MachineFiles, Text};
+use crate::commands::files::{self, MachineFiles, Text, quoted};
 use crate::commands::linuxcnc::kept_files::KeptFiles;
 use crate::commands::linuxcnc::setup::Changed;
 use crate::commands::linuxcnc::{check, configuration};
 use crate::commands::quantity::count;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::{Finding, SetupFiles};
-use trueaxis_measure::direct::Single;
+use trueaxis_direct::Single;
+use trueaxis_linuxcnc::{Finding, SetupFiles};
 use trueaxis_tables::compile::Proof;
 use trueaxis_tables::made::Made;
 use trueaxis_tables::target::Target;
@@ -223,16 +223,6 @@ fn effect(verification: &Proof) -> String {
         "{:.1} µm at the tip become {after}, if the errors are as entered (mean over the travel)",
         before.translation_um.mean
     )
-}
-
-/// A word of a command line for a shell.
-fn quoted(word: impl ToString) -> String {
-    let word = word.to_string();
-    let is_plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%~".contains(c);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => word,
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    }
 }
 
 /// Nothing has been measured with simple instruments.

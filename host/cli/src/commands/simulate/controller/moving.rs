@@ -80,17 +80,9 @@ impl<'a> SimulatedMachine<'a> {
         self.periods += 1;
         // The controller has the axes of its compensation, in its order.
         let compensation = desktop.device.compensation();
-        let places: Vec<Option<usize>> = compensation
-            .axes()
-            .iter()
-            .map(|axis| self.machine.index(char::from(axis.name)))
-            .collect();
-        let mut axes = [0.0; 8];
-        for (axis, place) in axes.iter_mut().zip(&places) {
-            *axis = place.map_or(0.0, |place| position[place] as f32);
-        }
-        let mut command = Command::new(axes, u16::MAX);
-        command.tool_length = Some(self.machine.tool_length() as f32);
+        let index = |axis: &trueaxis::Axis| self.machine.index(char::from(axis.name));
+        let places: Vec<Option<usize>> = compensation.axes().iter().map(index).collect();
+        let command = self.command(&places, &position);
         let (last, factor) = desktop.servo.lock(|side| {
             for (k, auxiliary) in compensation.auxiliaries().iter().enumerate() {
                 if auxiliary.kind == AuxiliaryKind::Temperature {
@@ -109,17 +101,31 @@ impl<'a> SimulatedMachine<'a> {
             }
             self.look(&position, sign, &dq);
         }
-        self.periods.is_multiple_of(LINE).then(|| {
-            let state = match factor {
-                _ if places.is_empty() => "no compensation",
-                0.0 => "off",
-                1.0 => "on",
-                _ => "coming or going",
-            };
-            let [with, without] = std::mem::take(&mut self.largest).map(|mm| mm * 1e3);
-            let seconds = self.periods as f64 * f64::from(PERIOD);
-            format!("{seconds:6.0} s {with:22.1} µm {without:18.1} µm   {state}\n")
-        })
+        let state = match factor {
+            _ if places.is_empty() => "no compensation",
+            0.0 => "off",
+            1.0 => "on",
+            _ => "coming or going",
+        };
+        (self.periods.is_multiple_of(LINE)).then(|| self.line(state))
+    }
+
+    /// The command to be at a position.
+    fn command(&self, places: &[Option<usize>], position: &PerAxis) -> Command<[f32; 8]> {
+        let mut axes = [0.0; 8];
+        for (axis, place) in axes.iter_mut().zip(places) {
+            *axis = place.map_or(0.0, |place| position[place] as f32);
+        }
+        let mut command = Command::new(axes, u16::MAX);
+        command.tool_length = Some(self.machine.tool_length() as f32);
+        command
+    }
+
+    /// The largest errors since the last line.
+    fn line(&mut self, state: &str) -> String {
+        let [with, without] = std::mem::take(&mut self.largest).map(|mm| mm * 1e3);
+        let seconds = self.periods as f64 * f64::from(PERIOD);
+        format!("{seconds:6.0} s {with:22.1} µm {without:18.1} µm   {state}\n")
     }
 
     fn look(&mut self, position: &[f64; MAX_AXES], sign: PerAxis, dq: &[f64; MAX_AXES]) {

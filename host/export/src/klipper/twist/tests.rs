@@ -1,0 +1,196 @@
+use super::*;
+
+fn machine() -> Machine {
+    Machine::from_toml(include_str!("../../../../../examples/router/machine.toml")).unwrap()
+}
+
+fn errors(machine: &Machine, parameters: &str) -> ErrorModel {
+    let text = format!("machine = \"Router\"\n{parameters}");
+    ErrorModel::from_toml(&text, machine).unwrap()
+}
+
+/// `_get_interpolated_z_compensation`, from its description, on the text.
+fn by_klipper(text: &str, letter: char, at: f64) -> f64 {
+    let values = |key: &str| -> Vec<f64> {
+        let mut lines = text.lines().filter_map(|line| line.split_once(" = "));
+        let value = lines.find(|(k, _)| *k == key).unwrap().1;
+        value
+            .split(',')
+            .map(|v| v.trim().parse().unwrap())
+            .collect()
+    };
+    let table = values(if letter == 'x' {
+        "z_compensations"
+    } else {
+        "zy_compensations"
+    });
+    let [start, end] = ["start", "end"].map(|w| values(&format!("compensation_{w}_{letter}"))[0]);
+    let t = (at - start) / ((end - start) / (table.len() - 1) as f64);
+    let i = (t.floor() as i64).clamp(0, table.len() as i64 - 2) as usize;
+    (1.0 - (t - i as f64)) * table[i] + (t - i as f64) * table[i + 1]
+}
+
+/// A roll of the bridge with a probe behind the nozzle: the probe goes down by roll times distance (small angles).
+#[test]
+fn the_probe_reads_with_the_table_what_the_nozzle_would() {
+    let machine = machine();
+    let errors = errors(
+        &machine,
+        "[tabulated.EAX]\nat = [0.0, 400.0, 800.0]\nvalue = [-1e-4, 0.0, 3e-4]\n",
+    );
+    let probe = NozzleProbe::new(&machine, &errors, [0.0, 30.0], -100.0).unwrap();
+    // Roll lifts what is ahead of the nozzle (+y) by roll × 30 mm.
+    let missing = |x: f64| probe.missing([x, 600.0]) - probe.missing([400.0, 600.0]);
+    for (x, roll) in [(0.0, -1e-4), (600.0, 1.5e-4), (800.0, 3e-4)] {
+        // Second order: squares of 3e-4 rad.
+        assert!(
+            (missing(x) - roll * 30.0).abs() < 1e-5,
+            "{} {roll}",
+            missing(x)
+        );
+    }
+    let tables = probe.tables(5, Lookup::Bed).unwrap();
+    let text = print(&tables, Lookup::Bed);
+    let [before, left] = probe.left(&tables, Lookup::Bed).unwrap();
+    assert!(before > 5.9 && left < 0.02, "{before} {left}");
+    let again = read(&text).unwrap();
+    for at in [-50.0, 0.0, 123.0, 799.0, 900.0] {
+        for (k, letter) in ['x', 'y'].into_iter().enumerate() {
+            let (own, klipper) = (
+                again[k].as_ref().unwrap().at(at),
+                by_klipper(&text, letter, at),
+            );
+            assert!((own - klipper).abs() < 1e-12, "{own} {klipper}");
+        }
+    }
+    // The other way: the roll that explains the table is that of the machine, but for its mean.
+    let roll = probe.roll(0, again[0].as_ref().unwrap()).unwrap();
+    for (i, expected) in [-1e-4, -0.5e-4, 0.0, 1.5e-4, 3e-4].into_iter().enumerate() {
+        // Values are written to 1 nm over 30 mm: 3e-8; second order as above.
+        assert!((roll[i] - roll[2] - expected).abs() < 4e-7, "{roll:?}");
+    }
+}
+
+#[test]
+fn a_probe_without_lever_is_refused() {
+    let machine = machine();
+    let perfect = ErrorModel::perfect(&machine);
+    let probe = NozzleProbe::new(&machine, &perfect, [40.0, 0.0], 0.0).unwrap();
+    let twist = TwistTable {
+        nodes: Nodes::over([0.0, 100.0], 2),
+        values: vec![-0.01, 0.01],
+    };
+    let refused = |k: usize| probe.roll(k, &twist).unwrap_err().cause;
+    assert!(refused(0).starts_with("a roll of X does not move"));
+    // The portal carries X: when it rolls, the nozzle that follows goes up as much as the probe was.
+    assert!(refused(1).starts_with("a roll of Y does not move"));
+    let far = NozzleProbe::new(&machine, &perfect, [0.0, 2000.0], 0.0);
+    assert!(
+        far.err()
+            .is_some_and(|e| e.cause.starts_with("the travel of Y"))
+    );
+}
+
+#[test]
+fn a_section_is_read_as_it_is_saved() {
+    let text = "[axis_twist_compensation]\ncalibrate_start_x: 20\ncalibrate_y: 100\n\
+#*# <---- SAVE_CONFIG ---->\n#*#\n#*# [axis_twist_compensation]\n#*# z_compensations = -0.01, 0.0, 0.01\n\
+#*# compensation_start_x = 20.0\n#*# compensation_end_x = 200.0\n";
+    let [x, y] = read(text).unwrap();
+    assert_eq!(
+        x.unwrap(),
+        TwistTable {
+            nodes: Nodes::over([20.0, 200.0], 3),
+            values: vec![-0.01, 0.0, 0.01]
+        }
+    );
+    assert_eq!(y, None);
+    for (text, line, message) in [
+        (
+            "[axis_twist_compensation]\n".to_owned(),
+            None,
+            "no [axis_twist",
+        ),
+        (
+            text.replace("compensation_end_x", "end_x"),
+            Some(7),
+            "no `compensation_end_x`",
+        ),
+        (
+            text.replace("-0.01, 0.0, 0.01", "0.01"),
+            Some(7),
+            "needs two values",
+        ),
+        (
+            text.replace("-0.01,", "much,"),
+            Some(7),
+            "`much` is not a number",
+        ),
+    ] {
+        let error = read(&text).unwrap_err();
+        assert!(error.message.contains(message), "{error:?}");
+        assert_eq!(error.line(&text), line, "{error:?}");
+    }
+}
+
+/// A carriage whose roll is a parabola, a probe beside and before the nozzle.
+const CURVED: &str = "[tabulated.EAX]\nat = [-100.0, 0.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0, 900.0]\n\
+    value = [3e-4, 0.0, 1e-4, 6e-4, 15e-4, 28e-4, 45e-4, 66e-4, 91e-4, 171e-4]\n";
+
+#[test]
+fn each_firmware_finds_the_value_where_it_looks_it_up() {
+    let machine = machine();
+    let errors = errors(&machine, CURVED);
+    let probe = NozzleProbe::new(&machine, &errors, [-28.0, -13.0], -100.0).unwrap();
+    for lookup in [Lookup::Bed, Lookup::Nozzle] {
+        let tables = probe.tables(33, lookup).unwrap();
+        let text = print(&tables, lookup);
+        let position = [300.0, 600.0];
+        let at = match lookup {
+            Lookup::Bed => position[0] - 28.0,
+            Lookup::Nozzle => position[0],
+        };
+        let mean = probe.missing([500.0, 600.0])
+            - by_klipper(
+                &text,
+                'x',
+                if lookup == Lookup::Bed { 472.0 } else { 500.0 },
+            );
+        let off = probe.missing(position) - by_klipper(&text, 'x', at) - mean;
+        // Between nodes 24 mm apart, of a roll that is linear over 100 mm: at its bends alone.
+        assert!(off.abs() < 5e-4, "{lookup:?} {off}");
+        let other = match lookup {
+            Lookup::Bed => Lookup::Nozzle,
+            Lookup::Nozzle => Lookup::Bed,
+        };
+        let [_, left] = probe.left(&tables, lookup).unwrap();
+        let [_, wrong] = probe.left(&tables, other).unwrap();
+        assert!(wrong > 5.0 * left, "{left} {wrong}");
+    }
+}
+
+/// As Klipper calibrates: at places of the bed, by the probe with the tool `offset` away and by the nozzle there.
+#[test]
+fn what_klipper_has_measured_is_the_roll_where_the_tool_stood() {
+    let machine = machine();
+    let perfect = ErrorModel::perfect(&machine);
+    let offset = [-28.0, -13.0];
+    let roll = |x: f64| 2e-4 * (x / 100.0).powi(2) - 1e-4 * (x / 100.0);
+    let nodes = Nodes::over([20.0, 200.0], 5);
+    let places: Vec<f64> = (0..5).map(|i| nodes.at(i) - offset[0]).collect();
+    // The probe is lower by the roll over its distance along Y.
+    let readings: Vec<f64> = places.iter().map(|x| -roll(*x) * offset[1]).collect();
+    let mean = readings.iter().sum::<f64>() / 5.0;
+    let table = TwistTable {
+        nodes,
+        values: readings.iter().map(|reading| mean - reading).collect(),
+    };
+    let probe = NozzleProbe::new(&machine, &perfect, offset, 0.0).unwrap();
+    assert_eq!(probe.probed_at(0, &table), places);
+    let found = probe.roll(0, &table).unwrap();
+    let middle = places.iter().map(|x| roll(*x)).sum::<f64>() / 5.0;
+    for (found, x) in found.iter().zip(&places) {
+        // The derivative is taken over 10 µrad, second order.
+        assert!((found - (roll(*x) - middle)).abs() < 1e-8, "{found} {x}");
+    }
+}

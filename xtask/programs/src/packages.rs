@@ -1,0 +1,93 @@
+//! Packages of the distribution, and subcommands of cargo, installed if they are missing.
+
+use crate::process::{cargo, has, is_root, output, run, target, works};
+use std::fs::File;
+use std::process::Command;
+
+/// Installs packages unless a program reports its version.
+///
+/// # Errors
+/// As for [`install`].
+pub fn provide(program: &str, packages: &[&str], what_for: &str) -> Result<(), String> {
+    match has(program) {
+        true => Ok(()),
+        false => install(packages, what_for),
+    }
+}
+
+/// Installs packages with `apt-get`, as root or with `sudo`.
+///
+/// # Errors
+/// If neither is possible; the message says what to install by hand.
+pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
+    let names = packages.join(" ");
+    let by_hand = format!("{what_for} needs the packages {names} (Debian's names); install them");
+    if !has("apt-get") {
+        return Err(by_hand);
+    }
+    eprintln!("{what_for} needs {names}: installing");
+    let by_hand = |cause: String| format!("{by_hand} ({cause})");
+    // Steps that run beside each other install one after the other; the lock ends with the file.
+    let lock = File::create(target("packages.lock")).map_err(|e| by_hand(e.to_string()))?;
+    lock.lock().map_err(|e| by_hand(e.to_string()))?;
+    // The local package list may be older than the contents of the mirror.
+    run(as_root("apt-get").args(["-q", "update"])).map_err(by_hand)?;
+    let install = |options: &[&str]| {
+        let mut install = as_root("apt-get");
+        install
+            // Another installation may be in progress, such as automatic updates.
+            .args(["-o", "DPkg::Lock::Timeout=120"])
+            .args(["-q", "install", "-y", "--no-install-recommends"])
+            .args(options)
+            .args(packages);
+        run(&mut install)
+    };
+    if install(&[]).is_ok() && are_whole(packages) {
+        return Ok(());
+    }
+    // An interrupted installation (power loss, time limit) must be completed before any other. Its half-unpacked
+    // packages count as installed until they are installed again.
+    run(as_root("dpkg").args(["--configure", "-a"])).map_err(by_hand)?;
+    install(&["--reinstall"]).map_err(by_hand)
+}
+
+/// Installs a cargo subcommand that comes as a package, if it is missing.
+///
+/// # Errors
+/// If the installation fails.
+pub fn provide_subcommand(package: &str) -> Result<(), String> {
+    let subcommand = package.trim_start_matches("cargo-");
+    if works(cargo().args([subcommand, "--version"])) {
+        return Ok(());
+    }
+    eprintln!("{package} is not installed: building it, once (a few minutes)");
+    // Beside the other builds, so that an interrupted one is continued.
+    run(cargo()
+        .args(["install", package, "--locked"])
+        .env("CARGO_TARGET_DIR", target("tools")))
+}
+
+/// Whether packages are unpacked and configured.
+fn are_whole(packages: &[&str]) -> bool {
+    let mut query = Command::new("dpkg-query");
+    let states = output(query.args(["-W", "-f=${Status}\n"]).args(packages));
+    states.is_ok_and(|states| {
+        states.lines().count() >= packages.len()
+            && states.lines().all(|line| line == "install ok installed")
+    })
+}
+
+/// A command that runs as root without prompting.
+fn as_root(program: &str) -> Command {
+    let quietly = ["DEBIAN_FRONTEND=noninteractive", program];
+    let mut command;
+    if is_root() {
+        command = Command::new("env");
+    } else {
+        command = Command::new("sudo");
+        // A password prompt would stop an unattended build.
+        command.args(["-n", "env"]);
+    }
+    command.args(quietly);
+    command
+}
