@@ -1,7 +1,7 @@
 //! How many cases a test tries that would otherwise take long.
 
 /// `usual` cases, or `all` of them if the environment variable `TRUEAXIS_CASES` is `all`, as in
-/// `cargo xtask test --all`. The usual ones are among all of them.
+/// `cargo xtask prove`. The usual ones are among all of them.
 ///
 /// # Panics
 /// If the variable has another value.

@@ -26,9 +26,6 @@ impl Step {
     }
 }
 
-/// Tests, of which `--all` tries more cases (`usual_or_all` in the crate `trueaxis-tests`).
-pub const TESTS: &str = "all tests";
-
 /// A step included in a longer one.
 pub const SIX: &str = "6 random machines";
 
@@ -93,7 +90,7 @@ steps! {
     "lints of the laboratories" =>
         "clippy -q --manifest-path lab/Cargo.toml --workspace --all-targets -- -D warnings", CARGO_TARGET_DIR = "lab";
     // Includes the device in the loop on the desktop, and the kinematics with the platform's sine.
-    TESTS => "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast";
+    "all tests" => "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast";
     "tests of the laboratories" => "test -q --manifest-path lab/Cargo.toml --workspace", CARGO_TARGET_DIR = "lab";
     "bit identity, debug" => identical!("");
     "bit identity, release" => identical!(" --release");
@@ -144,8 +141,10 @@ steps! {
 }
 
 steps! {
-    /// Checks with all values there are, which take minutes.
+    /// Checks with all values and all cases there are, which take up to an hour.
     PROVE:
+    "all cases of all tests" =>
+        "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast", TRUEAXIS_CASES = "all";
     "every f32 and every short stream" =>
         "test -q --release -p trueaxis --features encode,link,exhaustive --lib exhaustive";
     "generated code" => "xtask generated 10000000";

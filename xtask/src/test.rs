@@ -1,7 +1,7 @@
 //! `cargo xtask test`: all checks required before a change is accepted.
 
 use crate::kept;
-use crate::steps::{BESIDE, DENY, FURTHER, PROVE, SIX, Step, TESTS, USUAL};
+use crate::steps::{BESIDE, DENY, FURTHER, PROVE, SIX, Step, USUAL};
 use programs::Failure;
 use programs::packages::provide_subcommand;
 use programs::process::{NOT_RUN, cargo_of, target, works};
@@ -167,9 +167,6 @@ fn all() -> Result<(), Failure> {
     let mut steps = of(USUAL);
     // These are included in the thirty.
     steps.retain(|step| step.name != SIX);
-    for step in steps.iter_mut().filter(|step| step.name == TESTS) {
-        step.command.env("TRUEAXIS_CASES", "all");
-    }
     let mut further = of(FURTHER);
     let mut not_run = Vec::new();
     match miri() {
