@@ -178,7 +178,7 @@ fn all() -> Result<(), Failure> {
     run_steps(steps, further, not_run)
 }
 
-/// `cargo xtask prove`: checks with all values there are, which take minutes.
+/// `cargo xtask prove`: checks with all values and all cases there are, which take up to an hour.
 ///
 /// # Errors
 /// The names of what failed.

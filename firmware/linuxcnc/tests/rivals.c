@@ -3,8 +3,8 @@
  * For tests only: alternatives to the tables, timed in the same thread and run.
  *
  * rivals.matrix: the correction of the machine in examples/linuxcnc-xyzac-trt, computed from the matrices of all
- * axes and errors in every period, with one least-squares step, as in tests/benches/speed/direct.rs. Its errors are
- * constants, whose matrices are computed once. It is compiled like LinuxCNC's own components; in rivals_fast.c, as
+ * axes and errors in every period, with one least-squares step, as in firmware/boards/stm32f405/bench/src/rivals/htm.rs.
+ * Its errors are constants, whose matrices are computed once. It is compiled like LinuxCNC's own components; in rivals_fast.c, as
  * `rivals_fast.matrix`, with the options of our component.
  * rivals.kins: the inverse kinematics of the motion controller's module, at the commanded position.
  * rivals.nothing: a function that does nothing: the thread's overhead for calling it and reading the clock.

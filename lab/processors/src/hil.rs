@@ -22,6 +22,7 @@ const BOARDS: [(&str, &str, &[&str]); 2] = [
             "bad slots",
             "bad lines",
             "restarts",
+            "whole way",
         ],
     ),
     (

@@ -1,5 +1,5 @@
 //! The correction from the machine's matrices in every call, as one would write it with `nalgebra`: f32, one step,
-//! without iteration. The same as `tests/benches/speed/direct.rs`, with arrays in place of vectors.
+//! without iteration, with arrays.
 
 use super::errors::*;
 use super::{DEGREES, TIP};
