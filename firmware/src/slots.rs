@@ -185,7 +185,7 @@ impl<F: TableFlash> Slots<F> {
 
     /// Sets whether the machine stands still with its drives off and the servo does not run. Otherwise flash that
     /// stalls the processor is neither erased nor written; other flash ignores this. False at start.
-    pub(crate) fn set_standstill(&mut self, standstill: bool) {
+    pub fn set_standstill(&mut self, standstill: bool) {
         self.standstill = standstill;
     }
 

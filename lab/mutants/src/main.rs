@@ -20,7 +20,6 @@ const LONG: [&str; 20] = [
     "every_bit_is",
     "a_modulo_table_fits",
     "cobs_is",
-    "an_hour_with",
     "two_clocks",
     "a_cut_at_any_byte",
     "a_cut_after_a_restart",

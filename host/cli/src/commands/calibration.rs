@@ -104,7 +104,7 @@ impl<'a> CalibrationFiles<'a> {
                 "give --from probe, identify, compile or load to continue it, or another --folder",
             ));
         }
-        files::make_folder(&folder)?;
+        files::make_folder(&folder, "--folder")?;
         let model = match &options.model {
             Some(given) => given.parse(),
             None => usual_model(&machine, &artefact),

@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 /// Options of every export that may leave something of the errors.
 #[derive(Args)]
 struct LeftOptions {
-    /// Largest permitted error that remains
+    /// Largest permitted error that remains: µm of a linear axis, the tip or a reading; as many µrad of a rotary axis
     #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
     tolerance: f64,
     /// Write even if more is left than the tolerance
@@ -94,7 +94,7 @@ impl LeftOptions {
         let written = meets || self.best_effort;
         for (path, text) in texts.iter().filter(|_| written) {
             if let Some(folder) = path.parent() {
-                files::make_folder(folder)?;
+                files::make_folder(folder, "-o")?;
             }
             files::write(path, text.as_bytes())?;
         }

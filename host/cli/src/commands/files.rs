@@ -330,12 +330,12 @@ pub fn kept_at(bytes: &[u8], name: impl Fn(usize) -> PathBuf) -> Result<PathBuf,
     }
 }
 
-/// Makes a folder if it is missing.
-pub fn make_folder(folder: &Path) -> Result<(), BadInput> {
+/// Makes a folder if it is missing; `option` is how another one is given.
+pub fn make_folder(folder: &Path, option: &str) -> Result<(), BadInput> {
     std::fs::create_dir_all(folder).map_err(|error| {
         BadInput::new(
             format!("{} cannot be made: {error}", folder.display()),
-            "give a folder that can be written to",
+            format!("give a folder that can be written to ({option})"),
         )
     })
 }
@@ -345,7 +345,7 @@ pub fn write_pictures(
     folder: &Path,
     pictures: impl IntoIterator<Item = (String, Picture)>,
 ) -> Result<(), BadInput> {
-    make_folder(folder)?;
+    make_folder(folder, "--pictures")?;
     for (name, picture) in pictures {
         let path = folder.join(format!("{name}.svg"));
         write(&path, picture.file().as_bytes())?;

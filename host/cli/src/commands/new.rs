@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         text: error_file(&arguments.name, &answers.axes),
     };
     ErrorModel::from_toml(&empty.text, &described).map_err(|error| empty.bad(error))?;
-    files::make_folder(folder)?;
+    files::make_folder(folder, "FOLDER")?;
     files::write(&machine, text.text.as_bytes())?;
     files::write(&errors, empty.text.as_bytes())?;
     let blob = folder.join("machine.trax");

@@ -265,7 +265,7 @@ fn limits_are_in_the_unit_of_the_file() {
 const NOT_UNDERSTOOD: &str = r"$AN_CEC[0,1]=0.002\n | | 4 | value 1 of table 0 is missing
 $AN_CEC[0,2]=-0.001\n | | 4 | value 2 of table 0 is missing
 [0,2] | [0,7] | 4 | values 2 to 6 of table 0 are missing
-M17 | ... | 15 | not understood
+M17 | ... | 15 | values are left out
 M17 | $AA_ENC_COMP_DIRECTION[0,AX1]=0 | 15 | not one of the compensation
 M17 | $AA_ENC_COMP[0,0]=0 | 15 | are not the indices
 M17 | $AA_ENC_COMP_MIN[0,AX99]=0 | 15 | not in the map

@@ -37,19 +37,25 @@ pub fn statements(text: &str) -> Result<Vec<PlacedStatement<'_>>, FileError> {
         let own = without_block_number(code);
         let mut at = next + code.len() - own.len();
         next += line.len();
-        // A word, then any number of assignments.
+        // A word, then any number of assignments, of which the last may have a word behind it.
         for (number, part) in own.split('$').enumerate() {
             let start = at.saturating_sub(usize::from(number > 0));
             let span = start..at + part.trim_end().len();
             at += part.len() + 1;
-            let statement = match (number, part.trim()) {
-                (0, "") => continue,
-                (0, word) => one_word(word).ok_or_else(|| not_understood(span.clone()))?,
-                (_, part) => assignment(part).map_err(|(message, remedy)| {
-                    FileError::here(span.clone(), message, format!("write it {remedy}"))
-                })?,
+            let word = match (number, part.trim()) {
+                (0, word) => word,
+                (_, part) => {
+                    let (assigned, word) = assignment(part).map_err(|(message, remedy)| {
+                        FileError::here(span.clone(), message, format!("write it {remedy}"))
+                    })?;
+                    found.push((assigned, span.clone()));
+                    word
+                }
             };
-            found.push((statement, span));
+            if !word.is_empty() {
+                let statement = one_word(word).ok_or_else(|| not_understood(word, span.clone()))?;
+                found.push((statement, span));
+            }
         }
     }
     Ok(found)
@@ -78,7 +84,15 @@ fn one_word<'t>(word: &str) -> Option<CecStatement<'t>> {
     }
 }
 
-fn not_understood(span: Range<usize>) -> FileError {
+fn not_understood(word: &str, span: Range<usize>) -> FileError {
+    if ["...", "…"].contains(&word) {
+        return FileError::at(
+            span,
+            "values are left out",
+            "left out here",
+            "write the value of every point",
+        );
+    }
     FileError::at(
         span,
         "this is not understood",
@@ -87,8 +101,8 @@ fn not_understood(span: Range<usize>) -> FileError {
     )
 }
 
-/// `NAME[i,k]=value`; otherwise a message and how to write it.
-fn assignment(text: &str) -> Result<CecStatement<'_>, (&'static str, &'static str)> {
+/// `NAME[i,k]=value`, and the text behind it; otherwise a message and how to write it.
+fn assignment(text: &str) -> Result<(CecStatement<'_>, &str), (&'static str, &'static str)> {
     const LIKE: &str = "like $AN_CEC[0,12]=0.005; is the file cut off?";
     let (name, rest) = (text.split_once('[')).ok_or((
         "an index in brackets is missing",
@@ -98,15 +112,21 @@ fn assignment(text: &str) -> Result<CecStatement<'_>, (&'static str, &'static st
         .split_once(']')
         .ok_or(("a bracket is not closed", LIKE))?;
     let value = rest.trim_start().strip_prefix('=');
-    let value = unwrapped(value.ok_or(("an equals sign is missing", LIKE))?);
+    let value = value.ok_or(("an equals sign is missing", LIKE))?.trim();
+    let (value, rest) = match value.starts_with(['(', '"']) {
+        true => (value, ""),
+        false => value.split_once(char::is_whitespace).unwrap_or((value, "")),
+    };
+    let value = unwrapped(value);
     if value.is_empty() || value.starts_with(['(', '"']) {
         return Err(("nothing is assigned", LIKE));
     }
-    Ok(CecStatement::Assignment {
+    let assigned = CecStatement::Assignment {
         name: format!("${}", name.trim().to_ascii_uppercase()),
         indices: indices.split([',', '.']).map(unwrapped).collect(),
         value,
-    })
+    };
+    Ok((assigned, rest.trim()))
 }
 
 /// Removes spaces, and surrounding parentheses or quotes.
@@ -155,6 +175,8 @@ mod tests {
             assert_eq!(one(&line), assignment("AN_CEC_INPUT_AXIS", &["3"], "AX3"));
         }
         assert_eq!(statements("$A[0]=1 $B[1]=2$C[2]=3").unwrap().len(), 3);
+        let ends = statements("$A[0]=1 M17").unwrap();
+        assert_eq!((ends.len(), &ends[1].0), (2, &CecStatement::End));
         assert_eq!(statements("; only a comment\n\n   \n").unwrap(), []);
         assert_eq!(one("%_N_NC_CEC_INI"), CecStatement::Place);
         assert_eq!(one("chandata(1)"), CecStatement::Place);
@@ -174,7 +196,8 @@ mod tests {
             ("CHANDATA(0)", 1, "not understood"),
             ("%_N_", 1, "not understood"),
             ("äöü", 1, "not understood"),
-            ("METRIC\n...", 2, "not understood"),
+            ("METRIC\n...", 2, "values are left out"),
+            ("$AN_CEC[0,1]=0 1", 1, "not understood"),
         ] {
             let error = statements(text).unwrap_err();
             assert!(error.message.contains(message), "{text}: {}", error.message);

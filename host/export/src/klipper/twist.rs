@@ -59,7 +59,7 @@ impl TwistTable {
 }
 
 /// What to do if a machine or a probe has no twist that the tables could hold.
-const PROBE: &str = "give --probe x_offset and y_offset of [probe], and the machine file of a printer with X, Y and Z";
+const PROBE: &str = "give --probe x_offset and y_offset of [probe], and the machine file of this printer, with X, Y and Z";
 
 fn no_axes() -> NotExported {
     let cause = "the machine has no axes X, Y and Z along x, y and z";

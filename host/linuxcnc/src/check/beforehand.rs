@@ -173,7 +173,7 @@ pub(super) fn wrong_kind(configuration: &Configuration, joint: JointAxis) -> Opt
     let is_wrong = !kind.value.eq_ignore_ascii_case(expected);
     is_wrong.then(|| {
         let reason = format!(
-            "joint {number} has the axis {letter}, which is not {}",
+            "joint {number} has the axis {letter}, which is not {}: a compensation of {letter} is for a joint that is {expected}",
             kind.value
         );
         Finding::at(

@@ -178,7 +178,7 @@ impl Arguments {
 
     /// Makes the folder; refuses files that are there already, unless they may be replaced.
     fn prepare(&self, written: &[(PathBuf, String)]) -> Result<(), BadInput> {
-        files::make_folder(&self.output)?;
+        files::make_folder(&self.output, "-o")?;
         for (file, _) in written {
             files::prepare(file, &[&self.ini])?;
             if !self.overwrite && file.symlink_metadata().is_ok() {
