@@ -128,7 +128,7 @@ pub const COMMANDS: &[XtaskCommand] = commands! {
         "every fuzz target, or those named, N seconds (60) or N executions each";
     "prove" => Own(test::prove),
         needs "gcc, clang, a Cortex-M target, QEMU", takes "1 h",
-        "all tests with all their cases; what the unsafe code rests on, with every f32 and every short stream; \
+        "all tests with all their cases; 30 random machines; what the unsafe code rests on, with every f32 and every short stream; \
          generated code at 10 million inputs";
     "mutants [NAME…]" => Lab("mutants", &[]),
         needs "cargo-mutants", takes "4 h",

@@ -26,9 +26,6 @@ impl Step {
     }
 }
 
-/// A step included in a longer one.
-pub const SIX: &str = "6 random machines";
-
 /// Steps that mostly wait, or use one processor.
 pub const BESIDE: [&str; 3] = [
     "LinuxCNC",
@@ -95,7 +92,7 @@ steps! {
     "bit identity, debug" => identical!("");
     "bit identity, release" => identical!(" --release");
     // Evenly selected from three hundred, so that several kinds are included.
-    SIX => "xtask random-machines 6 --quick";
+    "6 random machines" => "xtask random-machines 6 --quick";
     "documentation" => "doc -q --workspace --no-deps --document-private-items", RUSTDOCFLAGS = "-D warnings";
     "documentation of the laboratories" =>
         "doc -q --manifest-path lab/Cargo.toml --workspace --no-deps --document-private-items",
@@ -114,9 +111,9 @@ steps! {
     "runtime without features" => "test -q -p trueaxis";
     "kinematics without features" => "test -q -p trueaxis-kinematics";
     "runtime that checks every index" => "test -q -p trueaxis --features encode,checked";
-    "runtime that encodes" => "test -q -p trueaxis --features encode";
+    // Its tests run with all tests, where it also has a link.
+    "runtime that encodes" => "check -q -p trueaxis --features encode --all-targets";
     "the figures of the source document" => "test -q -p trueaxis-reproduce --no-fail-fast";
-    "30 random machines" => "xtask random-machines 30 --quick";
     "a machine of each class of the arena" => "xtask arena 6 --check docs/evidence";
     // A separate build of the workspace, so that the default one stays warm.
     "bit identity, release for this processor" =>
@@ -145,6 +142,7 @@ steps! {
     PROVE:
     "all cases of all tests" =>
         "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast", TRUEAXIS_CASES = "all";
+    "30 random machines" => "xtask random-machines 30 --quick";
     "every f32 and every short stream" =>
         "test -q --release -p trueaxis --features encode,link,exhaustive --lib exhaustive";
     "generated code" => "xtask generated 10000000";

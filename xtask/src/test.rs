@@ -1,7 +1,7 @@
 //! `cargo xtask test`: all checks required before a change is accepted.
 
 use crate::kept;
-use crate::steps::{BESIDE, DENY, FURTHER, PROVE, SIX, Step, USUAL};
+use crate::steps::{BESIDE, DENY, FURTHER, PROVE, Step, USUAL};
 use programs::Failure;
 use programs::packages::provide_subcommand;
 use programs::process::{NOT_RUN, cargo_of, target, works};
@@ -164,9 +164,7 @@ pub fn run(arguments: &[&str]) -> Result<(), Failure> {
 }
 
 fn all() -> Result<(), Failure> {
-    let mut steps = of(USUAL);
-    // These are included in the thirty.
-    steps.retain(|step| step.name != SIX);
+    let steps = of(USUAL);
     let mut further = of(FURTHER);
     let mut not_run = Vec::new();
     match miri() {
