@@ -37,7 +37,7 @@ pub fn statements(text: &str) -> Result<Vec<PlacedStatement<'_>>, FileError> {
         let own = without_block_number(code);
         let mut at = next + code.len() - own.len();
         next += line.len();
-        // A word, then any number of assignments, of which the last may have a word behind it.
+        // A word, then any number of assignments, each of which a word may follow.
         for (number, part) in own.split('$').enumerate() {
             let start = at.saturating_sub(usize::from(number > 0));
             let span = start..at + part.trim_end().len();
@@ -101,7 +101,7 @@ fn not_understood(word: &str, span: Range<usize>) -> FileError {
     )
 }
 
-/// `NAME[i,k]=value`, and the text behind it; otherwise a message and how to write it.
+/// `NAME[i,k]=value`, and the text after it; otherwise a message and how to write it.
 fn assignment(text: &str) -> Result<(CecStatement<'_>, &str), (&'static str, &'static str)> {
     const LIKE: &str = "like $AN_CEC[0,12]=0.005; is the file cut off?";
     let (name, rest) = (text.split_once('[')).ok_or((
