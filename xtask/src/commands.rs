@@ -127,9 +127,9 @@ pub const COMMANDS: &[XtaskCommand] = commands! {
         needs "cargo-fuzz", takes "7 min",
         "every fuzz target, or those named, N seconds (60) or N executions each";
     "prove" => Own(test::prove),
-        needs "gcc, clang, a Cortex-M target, QEMU", takes "1 h",
-        "all tests with all their cases; 30 random machines; what the unsafe code rests on, with every f32 and every short stream; \
-         generated code at 10 million inputs";
+        needs "the compiler `rust-version`, gcc, clang, a Cortex-M target, QEMU", takes "2 h",
+        "beyond `test --all`: other compilers and features; all tests with all their cases; 30 random machines; what \
+         the unsafe code rests on, with every f32 and every short stream; generated code at 10 million inputs";
     "mutants [NAME…]" => Lab("mutants", &[]),
         needs "cargo-mutants", takes "4 h",
         "small changes of servo, loader and firmware, each of which a test must notice";

@@ -77,19 +77,21 @@ steps! {
     "formatting" => "fmt --all --check";
     "formatting of the module for Python" => "fmt --manifest-path python/Cargo.toml --check";
     "formatting of the laboratories" => "fmt --manifest-path lab/Cargo.toml --all --check";
-    "formatting of the STM32F405" => board!("stm32f405", "fmt", "--all --check");
-    "formatting of the STM32H743" => board!("stm32h743", "fmt", "--all --check");
-    "formatting of the program for every processor" => board!("portable", "fmt", "--all --check");
-    "formatting of the example of generated code" => board!("generated", "fmt", "--all --check");
-    "formatting of the example for RTIC" => board!("rtic", "fmt", "--all --check");
-    "formatting of the example for embassy" => board!("embassy", "fmt", "--all --check");
+    "formatting of the STM32F405" => board!("stm32f405", "fmt", "--check");
+    "formatting of the STM32H743" => board!("stm32h743", "fmt", "--check");
+    "formatting of the program for every processor" => board!("portable", "fmt", "--check");
+    "formatting of the runtime of boards" => board!("cortex-m", "fmt", "--check");
+    "formatting of the board of QEMU" => board!("qemu", "fmt", "--check");
+    "formatting of the example of generated code" => board!("generated", "fmt", "--check");
+    "formatting of the example for RTIC" => board!("rtic", "fmt", "--check");
+    "formatting of the example for embassy" => board!("embassy", "fmt", "--check");
     "lints" => "clippy -q --workspace --all-targets -- -D warnings";
     "lints of the laboratories" =>
         "clippy -q --manifest-path lab/Cargo.toml --workspace --all-targets -- -D warnings", CARGO_TARGET_DIR = "lab";
     // Includes the device in the loop on the desktop, and the kinematics with the platform's sine.
     "all tests" => "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast";
     "tests of the laboratories" => "test -q --manifest-path lab/Cargo.toml --workspace", CARGO_TARGET_DIR = "lab";
-    "bit identity, debug" => identical!("");
+    // In debug, it is among all tests.
     "bit identity, release" => identical!(" --release");
     // Evenly selected from three hundred, so that several kinds are included.
     "6 random machines" => "xtask random-machines 6 --quick";
@@ -105,20 +107,12 @@ steps! {
     FURTHER:
     "lints of the runtime with all its features" =>
         "clippy -q -p trueaxis --all-features --all-targets -- -D warnings";
-    "lints of the fuzz targets" =>
-        "clippy -q --manifest-path fuzz/Cargo.toml --locked -- -D warnings", CARGO_TARGET_DIR = "fuzz";
     "formatting of the fuzz targets" => "fmt --manifest-path fuzz/Cargo.toml --check";
-    "runtime without features" => "test -q -p trueaxis";
-    "kinematics without features" => "test -q -p trueaxis-kinematics";
     "runtime that checks every index" => "test -q -p trueaxis --features encode,checked";
-    // Its tests run with all tests, where it also has a link.
-    "runtime that encodes" => "check -q -p trueaxis --features encode --all-targets";
-    "the figures of the source document" => "test -q -p trueaxis-reproduce --no-fail-fast";
+    // Of the whole workspace, whose features of dependencies are built by now.
+    "the figures of the source document" =>
+        "test -q --workspace --no-fail-fast --test manual --test oracle --test table_6_2";
     "a machine of each class of the arena" => "xtask arena 6 --check docs/evidence";
-    // A separate build of the workspace, so that the default one stays warm.
-    "bit identity, release for this processor" =>
-        identical!(" --release"), CARGO_TARGET_DIR = "native", RUSTFLAGS = "-C target-cpu=native";
-    "the oldest supported compiler" => "xtask oldest";
     "kinematics on the target" => "xtask bare";
     "C interface that catches panics" => "test -q -p trueaxis-capi --features std,model";
     "C interface from C and C++" => "xtask capi";
@@ -138,8 +132,18 @@ steps! {
 }
 
 steps! {
-    /// Checks with all values and all cases there are, which take up to an hour.
+    /// What a release needs beyond that: all values and all cases there are, other compilers and other features of crates,
+    /// each a build of its own. Hours.
     PROVE:
+    "the oldest supported compiler" => "xtask oldest";
+    "lints of the fuzz targets" =>
+        "clippy -q --manifest-path fuzz/Cargo.toml --locked -- -D warnings", CARGO_TARGET_DIR = "fuzz";
+    "runtime without features" => "test -q -p trueaxis";
+    "kinematics without features" => "test -q -p trueaxis-kinematics";
+    "runtime that encodes" => "test -q -p trueaxis --features encode";
+    // A separate build of the workspace, so that the default one stays warm.
+    "bit identity, release for this processor" =>
+        identical!(" --release"), CARGO_TARGET_DIR = "native", RUSTFLAGS = "-C target-cpu=native";
     "all cases of all tests" =>
         "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast", TRUEAXIS_CASES = "all";
     "30 random machines" => "xtask random-machines 30 --quick";

@@ -44,9 +44,11 @@ impl Ran {
         println!("\n== {}", step.name);
         let start = Instant::now();
         let result = kept::run(&mut step.command, LINES_OF_FAILED);
+        let seconds = start.elapsed().as_secs();
+        println!("== {}: {seconds} s", step.name);
         Self {
             name: step.name.to_owned(),
-            seconds: start.elapsed().as_secs(),
+            seconds,
             result,
         }
     }
@@ -176,7 +178,7 @@ fn all() -> Result<(), Failure> {
     run_steps(steps, further, not_run)
 }
 
-/// `cargo xtask prove`: checks with all values and all cases there are, which take up to an hour.
+/// `cargo xtask prove`: what a release needs beyond `test --all`.
 ///
 /// # Errors
 /// The names of what failed.

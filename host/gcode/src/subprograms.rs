@@ -262,11 +262,14 @@ impl<'t> Inliner<'t> {
         self.without(at, block, |other| {
             other == word || b"PL".contains(&other.letter)
         });
-        for _ in 0..times {
+        let before = self.done.text.len();
+        for call in 1..=times as usize {
             if let Flow::Ended(_) = self.run(to, depth + 1)? {
                 return Ok(Some(Flow::Ended(at)));
             }
-            if self.done.text.len() > LARGEST {
+            // Every call adds as much.
+            let added = (self.done.text.len() - before) / call;
+            if before.saturating_add(added.saturating_mul(times as usize)) > LARGEST {
                 return Err(self.refused(
                     at,
                     word.span(),

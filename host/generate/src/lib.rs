@@ -207,13 +207,17 @@ mod tests {
     use trueaxis_tests::{golden, usual_or_all};
 
     fn generated(blob: &[u8], language: Language) -> String {
+        compared(blob, language, usual_or_all(20_000, 200_000))
+    }
+
+    fn compared(blob: &[u8], language: Language, compared: usize) -> String {
         let runtime = Runtime::load(blob).unwrap();
         let options = Options {
             file: "machine.trax",
             function: "evaluate",
             header: "machine.h",
             servo: true,
-            compared: usual_or_all(20_000, 200_000),
+            compared,
         };
         let code = generate(&runtime, 0x1234_ABCD, language, options).unwrap();
         code.file + &code.header.unwrap_or_default()
@@ -272,7 +276,7 @@ mod tests {
             let mut draft = golden::everything();
             change(&mut draft);
             let blob = draft.encode().unwrap();
-            let text = generated(&blob, language);
+            let text = compared(&blob, language, 1);
             assert!(!text.contains(['\u{202e}', '\u{2066}']));
             let is_code = |line: &&str| {
                 let line = line.trim_start();

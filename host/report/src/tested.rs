@@ -19,6 +19,8 @@ const STEPS: i32 = 240;
 const OVERSHOOT: i32 = 30;
 /// Number of targets along an axis and along a diagonal.
 const TARGETS: u32 = 20;
+/// Planes of the circles, by the places of their axes among X, Y and Z.
+const PLANES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 /// Directions of the body diagonals along X, Y and Z.
 const DIAGONALS: [[f64; 3]; 4] = [
     [1.0, 1.0, 1.0],
@@ -115,6 +117,23 @@ pub struct PositioningFound {
 
 /// Simulates all tests.
 pub fn tests(subject: &Subject<'_>, remarks: &mut Vec<String>) -> Tests {
+    let tests = some(subject, |_| true);
+    if BallBar::axes(subject.machine).is_none() {
+        remarks.push(
+            "Circular tests and diagonals are for axes X, Y and Z, which this machine does not have."
+                .to_owned(),
+        );
+    } else if tests.circles.len() < PLANES.len() {
+        remarks.push(format!(
+            "Travels of less than {} mm have no room for a circular test.",
+            2.0 * BARS[BARS.len() - 1]
+        ));
+    }
+    tests
+}
+
+/// Simulates the tests with these names: planes, axes, or directions of diagonals.
+pub(crate) fn some(subject: &Subject<'_>, is_wanted: impl Fn(&str) -> bool) -> Tests {
     let machine = subject.machine;
     let bench = Bench::new(machine, subject.errors, Default::default());
     let simulated = SimulatedTests::new(&bench, subject.compensation.map(|c| c.runtime));
@@ -122,30 +141,27 @@ pub fn tests(subject: &Subject<'_>, remarks: &mut Vec<String>) -> Tests {
     let at: Vec<String> = places
         .map(|(axis, q)| format!("{} = {}", axis.letter, crate::picture::tick(*q)))
         .collect();
-    let positioning = bench.linear().map(|i| simulated.positioning(i));
+    let axes = bench.linear();
+    let axes = axes.filter(|i| is_wanted(&machine.axes[*i].letter.to_string()));
     let mut tests = Tests {
         at: at.join(", "),
-        positioning: positioning.collect(),
+        positioning: axes.map(|i| simulated.positioning(i)).collect(),
         ..Tests::default()
     };
     let Some(axes) = BallBar::axes(machine) else {
-        remarks.push(
-            "Circular tests and diagonals are for axes X, Y and Z, which this machine does not have."
-                .to_owned(),
-        );
         return tests;
     };
-    let circles = [[0, 1], [1, 2], [2, 0]].into_iter();
-    let circles = circles.filter_map(|plane| simulated.circular(axes, plane));
-    tests.circles = circles.collect();
-    if tests.circles.len() < 3 {
-        remarks.push(format!(
-            "Travels of less than {} mm have no room for a circular test.",
-            2.0 * BARS[BARS.len() - 1]
-        ));
-    }
-    let diagonals = DIAGONALS.map(|signs| simulated.diagonal(axes, signs));
-    tests.diagonals = diagonals.to_vec();
+    let planes = PLANES
+        .into_iter()
+        .filter(|plane| is_wanted(&plane_name(*plane)));
+    tests.circles = planes
+        .filter_map(|plane| simulated.circular(axes, plane))
+        .collect();
+    let diagonals = DIAGONALS.into_iter();
+    let diagonals = diagonals.filter(|signs| is_wanted(&diagonal_name(*signs)));
+    tests.diagonals = diagonals
+        .map(|signs| simulated.diagonal(axes, signs))
+        .collect();
     tests
 }
 
@@ -230,6 +246,11 @@ pub(crate) fn range<'v>(all: impl Iterator<Item = &'v f64>) -> f64 {
     high - low
 }
 
+/// `XY`
+fn plane_name(plane: [usize; 2]) -> String {
+    plane.iter().map(|k| ['X', 'Y', 'Z'][*k]).collect()
+}
+
 /// `+X+Y−Z`
 fn diagonal_name(signs: [f64; 3]) -> String {
     let all = signs.into_iter().zip(['X', 'Y', 'Z']);
@@ -292,7 +313,7 @@ impl<'a> SimulatedTests<'a> {
         let bar = BallBar::new(self.bench, axes, self.centre.clone());
         bar.reaches(&path).ok()?;
         Some(CircularTest {
-            plane: plane.iter().map(|k| ['X', 'Y', 'Z'][*k]).collect(),
+            plane: plane_name(plane),
             radius_mm: radius,
             before: circle_found(&bar, &path, radius, None)?,
             after: (self.runtime)

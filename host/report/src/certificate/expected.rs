@@ -238,7 +238,6 @@ fn values(
     commands: &[Vec<Command>; 2],
     quantities: &[Quantity],
 ) -> Result<Vec<Option<SampledValue>>, ReportError> {
-    let is_volumetric = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { .. });
     let at = |is_of_zone: bool| -> Result<Option<Vec<[f64; 2]>>, ReportError> {
         let is_this = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { is_probed, .. } if *is_probed == is_of_zone);
         if !quantities.iter().any(is_this) {
@@ -247,9 +246,10 @@ fn values(
         remaining_at(subject, &commands[usize::from(is_of_zone)]).map(Some)
     };
     let volumetric = [at(false)?, at(true)?];
-    let tests = match quantities.iter().all(is_volumetric) {
+    let names: Vec<String> = quantities.iter().filter_map(test_name).collect();
+    let tests = match names.is_empty() {
         true => Tests::default(),
-        false => tested::tests(subject, &mut Vec::new()),
+        false => tested::some(subject, |name| names.iter().any(|wanted| wanted == name)),
     };
     let of = |quantity: &Quantity| match quantity {
         Quantity::Volumetric {
@@ -269,12 +269,22 @@ fn values(
     Ok(quantities.iter().map(of).collect())
 }
 
+/// The name of the test that shows a quantity.
+fn test_name(quantity: &Quantity) -> Option<String> {
+    match quantity {
+        Quantity::Circle(_, plane) => Some(plane.iter().collect()),
+        Quantity::Positioning(_, axis) => Some(axis.to_string()),
+        Quantity::Diagonal(_) => Some(quantity.name().replace("E ", "").replace('-', "−")),
+        Quantity::Volumetric { .. } | Quantity::Parameter(_) | Quantity::Validation { .. } => None,
+    }
+}
+
 /// The result (µm) of a test of the machine, with the tables if it has any.
 fn test_result(tests: &Tests, quantity: &Quantity) -> Option<f64> {
+    let name = test_name(quantity)?;
     match quantity {
-        Quantity::Circle(what, plane) => {
-            let plane: String = plane.iter().collect();
-            let test = tests.circles.iter().find(|test| test.plane == plane)?;
+        Quantity::Circle(what, _) => {
+            let test = tests.circles.iter().find(|test| test.plane == name)?;
             let found: &CircleFound = test.after.as_ref().unwrap_or(&test.before);
             let radial = found.radial_um.iter();
             Some(match what {
@@ -293,7 +303,6 @@ fn test_result(tests: &Tests, quantity: &Quantity) -> Option<f64> {
             }
         }
         Quantity::Diagonal(_) => {
-            let name = quantity.name().replace("E ", "").replace('-', "−");
             let test = tests.diagonals.iter().find(|test| test.name == name)?;
             test.systematic_after_um.or(Some(test.systematic_before_um))
         }
