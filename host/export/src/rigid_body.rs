@@ -11,6 +11,7 @@ use serde::Serialize;
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::{Htm, Kinematics};
 use trueaxis_model::machine::{Branch, MAX_AXES, Machine, PerAxis};
+use trueaxis_model::numbers::ascending;
 use trueaxis_model::parallel;
 use trueaxis_model::validate::commands_in_travel;
 
@@ -156,7 +157,7 @@ impl<'m> Chain<'m> {
                 .flat_map(|table| &table.at)
                 .map(|q| axis.to_command(*q));
             at.extend(points.filter(|q| (axis.travel[0]..=axis.travel[1]).contains(q)));
-            at.sort_by(f64::total_cmp);
+            ascending(&mut at);
             at.dedup_by(|b, a| *b - *a < 1e-6);
             let location = located(index, &placed.frame);
             let error = |q: &f64| {

@@ -11,6 +11,7 @@ mod rows;
 use crate::height_map::{HeightMap, MapPoint};
 use crate::sampled::{Nodes, SampledGrid};
 use std::ops::Range;
+use trueaxis_model::numbers::ascending;
 use trueaxis_model::source::FileError;
 
 /// Who wrote a file.
@@ -95,7 +96,7 @@ fn gridded(points: &[SurfacePoint]) -> Result<HeightMap, FileError> {
 fn along(points: &[SurfacePoint], axis: usize) -> Result<Nodes, FileError> {
     let name = ["X", "Y"][axis];
     let mut sorted: Vec<f64> = points.iter().map(|(point, _)| point[axis]).collect();
-    sorted.sort_by(f64::total_cmp);
+    ascending(&mut sorted);
     let gaps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
     let widest = gaps.fold(0.0, f64::max);
     let (low, high) = match (sorted.first(), sorted.last()) {

@@ -2,6 +2,7 @@
 
 use super::axes::{COUNT, PerLetter, is_rotary};
 use std::f64::consts::TAU;
+use trueaxis_model::numbers::ascending;
 
 /// An arc in a plane, while all other axes move evenly.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +110,7 @@ impl Arc {
             .map(|n| (n as f64 * quarter - begin) / self.sweep)
             .filter(|t| *t > 1e-9 && *t < 1.0 - 1e-9)
             .collect();
-        parts.sort_by(f64::total_cmp);
+        ascending(&mut parts);
         parts
     }
 

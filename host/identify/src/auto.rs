@@ -12,6 +12,7 @@ use crate::{
 };
 use std::fmt;
 use trueaxis_model::errors::Parameter;
+use trueaxis_model::numbers::order;
 
 /// A model that was tried.
 #[derive(Clone, Debug, PartialEq)]
@@ -232,8 +233,8 @@ fn grown(elsewhere: &Elsewhere, groups: &[Vec<usize>], first: usize) -> Vec<usiz
         rest.sort_unstable();
         rest.dedup();
         let gains = elsewhere.gains(&taken, &rest);
-        let mut order: Vec<usize> = (0..rest.len()).collect();
-        order.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
+        let losses: Vec<f64> = gains.iter().map(|gain| -gain).collect();
+        let order = order(&losses);
         let tried = order.iter().take(TRIED).map(|i| {
             let with = [&taken[..], &rest[*i]].concat();
             (elsewhere.predicted(&with), with)

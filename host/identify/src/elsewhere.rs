@@ -12,6 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::numbers::ascending;
 
 /// Each axis has this many zones with about as many rows; the two at its ends are predicted by extrapolation.
 const ZONES: usize = 5;
@@ -153,7 +154,7 @@ impl Predicted {
 fn zones(problem: &Problem<'_>, axis: usize) -> Vec<Option<usize>> {
     let at: Vec<f64> = problem.commands().map(|(q, _)| q[axis]).collect();
     let mut sorted = at.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
+    ascending(&mut sorted);
     // Equal positions are in one zone: that of the first of them.
     let zone = |q: &f64| sorted.partition_point(|other| *other < q - SAME) * ZONES / at.len();
     let blocks = problem.blocks().zip(&at);

@@ -4,11 +4,13 @@ use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
 use crate::formats::probings::{Probing, Probings, ball_index};
 use crate::observed::moved;
+use crate::rows::by_name;
 use crate::rows::order;
 use crate::{Identified, IdentifyError, IdentifyOptions, Measured, Problem, identify};
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
+use trueaxis_model::numbers::ascending;
 
 /// The prediction of rows by machines identified without them.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,7 +137,7 @@ fn runs(probings: &Probings, observations: &Observations) -> Option<Vec<Vec<usiz
         None => rows.map(cycle).collect::<Option<_>>()?,
     };
     let mut names = of_rows.clone();
-    names.sort_by(f64::total_cmp);
+    ascending(&mut names);
     names.dedup();
     if names.len() < FEW_RUNS {
         return None;
@@ -188,8 +190,7 @@ fn parts(probings: &Probings) -> Vec<(Option<String>, Vec<usize>)> {
         let every = |k: usize| order.iter().copied().skip(k).step_by(PARTS).collect();
         return (0..PARTS).map(|k| (None, every(k))).collect();
     }
-    let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
-    balls.sort_by_key(|b| &probings.balls[*b]);
+    let balls = by_name(probings);
     let of = |ball: usize| {
         let rows = order.iter().copied();
         rows.filter(|i| probings.rows[*i].ball == ball).collect()

@@ -11,6 +11,7 @@ use crate::rows::{EquationWeights, Problem};
 use crate::stated::PLACES;
 use crate::{IdentifyError, Unknown, root_mean_square};
 use nalgebra::Vector3;
+use trueaxis_model::numbers::by;
 
 /// Smallest standard uncertainty (mm) of what is stated about a set-up while the machine is taken for nominal: its
 /// errors may move a dead length as much.
@@ -121,7 +122,7 @@ fn found(problem: &Problem<'_>, setup: usize) -> Option<Mistake> {
             Some((reading, left))
         })
         .collect();
-    tried.sort_by(|a, b| a.1.total_cmp(&b.1));
+    tried = by(tried, |(_, left)| *left);
     let is_clear = tried.len() < 2 || tried[1].1 > ALIKE * tried[0].1;
     if let Some((reading, left)) = tried.first()
         && is_clear

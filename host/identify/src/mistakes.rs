@@ -1,11 +1,13 @@
 //! Detects common mistakes in a whole file of probings by trying alternatives.
 
 use crate::descent::setup_alone;
+use crate::rows::by_row;
 use crate::rows::{EquationWeights, ProbingRow, Problem};
 use crate::units::UNITS;
 use crate::{IdentifyError, root_mean_square};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
+use trueaxis_model::numbers::by;
 
 /// A change with which the file would fit the machine.
 #[derive(Clone, Debug, PartialEq)]
@@ -177,8 +179,7 @@ fn readings_of_axis<'a>(problem: &Problem<'a>, i: usize) -> Vec<(Mistake, Proble
 
 /// Rotary positions of the row before or after each.
 fn of_other_rows<'a>(problem: &Problem<'a>, word: &str) -> (Mistake, Problem<'a>) {
-    let mut of_row: Vec<usize> = (0..problem.places.len()).collect();
-    of_row.sort_by_key(|i| problem.places[*i].row);
+    let of_row = by_row(&problem.places);
     let mut other = problem.clone();
     for pair in of_row.windows(2) {
         let (to, from) = match word {
@@ -336,9 +337,8 @@ pub(crate) fn places(problem: &Problem<'_>) -> Option<Mistake> {
 
 /// All sets of axes, as bits, few axes before many.
 fn sets(problem: &Problem<'_>) -> Vec<u32> {
-    let mut sets: Vec<u32> = (1..1 << problem.machine.axes.len()).collect();
-    sets.sort_by_key(|set| set.count_ones());
-    sets
+    let sets = (1..1 << problem.machine.axes.len()).collect();
+    by(sets, |set: &u32| f64::from(set.count_ones()))
 }
 
 /// The problem with axes that count the other way.

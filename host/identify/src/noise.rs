@@ -5,6 +5,7 @@ use crate::instrument::Kind;
 use crate::root_mean_square;
 use crate::rows::{EquationWeights, Problem};
 use nalgebra::{DMatrix, Vector3};
+use trueaxis_model::numbers::ascending;
 
 /// Initial assumption for the noise (mm): probes and instruments repeat to 1 µm.
 const FIRST_NOISE: f64 = 1e-3;
@@ -237,7 +238,7 @@ impl Noise {
             return f64::INFINITY;
         }
         let mut distances: Vec<f64> = self.distances(part, misses).collect();
-        distances.sort_by(f64::total_cmp);
+        ascending(&mut distances);
         let dimension = [1, 3][part.dimension];
         let left = (freedom / (dimension * distances.len()) as f64).sqrt();
         distances[distances.len() / 2] / MEDIAN[part.dimension] / left

@@ -6,6 +6,7 @@ use crate::{Identified, Problem, Unknown};
 use nalgebra::Vector3;
 use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
+use trueaxis_model::numbers::ascending;
 use trueaxis_model::numbers::extremes;
 
 /// The quantity that a trend depends on.
@@ -133,7 +134,7 @@ fn compared_runs(rows: &[Probing]) -> Vec<(f64, Vec<f64>)> {
         return Vec::new();
     };
     let mut names = runs.clone();
-    names.sort_by(f64::total_cmp);
+    ascending(&mut names);
     names.dedup();
     // Of two runs, one comparison is enough.
     let compared = if names.len() == 2 { 1 } else { RUNS };

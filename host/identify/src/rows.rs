@@ -16,6 +16,7 @@ use nalgebra::{DVector, Matrix3, Vector3};
 use std::ops::Range;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation};
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::numbers;
 use trueaxis_model::numbers::extremes;
 
 /// What was measured on a machine, and what is known of it beforehand.
@@ -172,8 +173,7 @@ impl<'a> Problem<'a> {
         parameters: &[Parameter],
         base: &ErrorModel,
     ) -> Self {
-        let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
-        balls.sort_by_key(|b| &probings.balls[*b]);
+        let balls = by_name(probings);
         let coordinates = |b: usize| (0..3).map(move |i| Unknown::Ball(b, i));
         let parameters = parameters.iter().filter(|p| !base.is_tabulated(machine, p));
         let parameters = parameters.map(|p| Unknown::Parameter(*p));
@@ -462,6 +462,19 @@ impl<'a> Problem<'a> {
         }
         next
     }
+}
+
+/// The balls in the order of their names.
+pub(crate) fn by_name(probings: &Probings) -> Vec<usize> {
+    let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
+    balls.sort_by_key(|b| &probings.balls[*b]);
+    balls
+}
+
+/// Places in the order of their rows.
+pub(crate) fn by_row(places: &[ProbingRow]) -> Vec<usize> {
+    let rows: Vec<f64> = places.iter().map(|place| place.row as f64).collect();
+    numbers::order(&rows)
 }
 
 /// Rows of probings in an order that depends only on their content, because floating-point sums depend slightly on

@@ -3,6 +3,7 @@
 use crate::Identified;
 use crate::prior::Prior;
 use crate::setup::FoundPart;
+use trueaxis_model::numbers::by;
 
 /// Priors of one file that are right are reported once in a thousand files.
 pub(crate) const CHANCE: f64 = 1e-3;
@@ -40,7 +41,7 @@ pub fn contradicted(identified: &Identified) -> Vec<Contradicted<'_>> {
         }
     }
     let tested = all.len();
-    let mut found: Vec<Contradicted<'_>> = (all.into_iter())
+    let found: Vec<Contradicted<'_>> = (all.into_iter())
         .map(|(setup, part, prior, z)| Contradicted {
             setup,
             part,
@@ -51,8 +52,7 @@ pub fn contradicted(identified: &Identified) -> Vec<Contradicted<'_>> {
         })
         .filter(|one| one.probability < CHANCE)
         .collect();
-    found.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
-    found
+    by(found, |one| -one.z.abs())
 }
 
 /// The probability that the largest of some normally distributed deviations is at least this one.

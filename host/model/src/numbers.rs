@@ -1,4 +1,6 @@
-//! The smallest and the largest of some numbers, and numbers of the normal distribution.
+//! The smallest and the largest of some numbers, their order, and numbers of the normal distribution.
+//!
+//! Sorting is compiled once, here, and not for every type and comparison: a tenth of the code of the crates that sample.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -8,6 +10,27 @@ pub fn extremes(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let ends = [f64::INFINITY, f64::NEG_INFINITY];
     let values = values.into_iter();
     values.fold(ends, |[low, high], value| [low.min(value), high.max(value)])
+}
+
+/// Sorts numbers, the smallest first.
+pub fn ascending(values: &mut [f64]) {
+    values.sort_by(f64::total_cmp);
+}
+
+/// The places of keys, that of the smallest first. Places of equal keys stay in their order.
+#[must_use]
+pub fn order(keys: &[f64]) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..keys.len()).collect();
+    places.sort_by(|a, b| keys[*a].total_cmp(&keys[*b]));
+    places
+}
+
+/// Items, that with the smallest key first. Items with equal keys stay in their order.
+pub fn by<T>(items: Vec<T>, key: impl Fn(&T) -> f64) -> Vec<T> {
+    let keys: Vec<f64> = items.iter().map(key).collect();
+    let mut items: Vec<Option<T>> = items.into_iter().map(Some).collect();
+    let places = order(&keys).into_iter();
+    places.filter_map(|place| items[place].take()).collect()
 }
 
 /// A number of the standard normal distribution (Box and Muller).

@@ -28,31 +28,31 @@ pub fn try_map<'i, I: Sync, R: Send, E: Send>(
     of: impl Fn(&'i I) -> Result<R, E> + Sync,
 ) -> Result<Vec<R>, E> {
     let has_failed = AtomicBool::new(false);
-    // The results of a range, by its first index.
-    let parts = Mutex::new(Vec::<(usize, Result<Vec<R>, E>)>::new());
-    in_parts(items.len(), &|range| {
-        let first = range.start;
+    // The results of each part, in their places: sorting them would be compiled for every type of result.
+    let mut parts = Vec::<Option<Result<Vec<R>, E>>>::new();
+    parts.resize_with(items.len().min(PARTS), || None);
+    let parts = Mutex::new(parts);
+    in_parts(items.len(), &|part, range| {
         if !has_failed.load(Ordering::Relaxed) {
-            let part: Result<Vec<R>, E> = items[range].iter().map(&of).collect();
-            has_failed.fetch_or(part.is_err(), Ordering::Relaxed);
+            let found: Result<Vec<R>, E> = items[range].iter().map(&of).collect();
+            has_failed.fetch_or(found.is_err(), Ordering::Relaxed);
             let mut parts = parts.lock().unwrap_or_else(PoisonError::into_inner);
-            parts.push((first, part));
+            parts[part] = Some(found);
         }
     });
-    let mut parts = parts.into_inner().unwrap_or_else(PoisonError::into_inner);
-    parts.sort_unstable_by_key(|(first, _)| *first);
+    let parts = parts.into_inner().unwrap_or_else(PoisonError::into_inner);
     let mut all = Vec::with_capacity(items.len());
-    for (_, part) in parts {
+    for part in parts.into_iter().flatten() {
         all.extend(part?);
     }
     Ok(all)
 }
 
-/// Calls a function for ranges that together cover all numbers below `count`.
-fn in_parts(count: usize, of: &(dyn Fn(Range<usize>) + Sync)) {
+/// Calls a function for ranges that together cover all numbers below `count`, with the number of each.
+fn in_parts(count: usize, of: &(dyn Fn(usize, Range<usize>) + Sync)) {
     let size = count.div_ceil(PARTS).max(1);
     let parts = (0..count.div_ceil(size)).into_par_iter();
-    parts.for_each(|part| of(part * size..count.min((part + 1) * size)));
+    parts.for_each(|part| of(part, part * size..count.min((part + 1) * size)));
 }
 
 #[cfg(test)]

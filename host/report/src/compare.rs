@@ -3,6 +3,7 @@
 use super::words::figure;
 use super::{ReportFigures, Share};
 use serde::{Deserialize, Serialize};
+use trueaxis_model::numbers::by;
 use trueaxis_model::validate::Quality;
 
 /// Coverage factor: larger changes are significant (95 %).
@@ -165,8 +166,6 @@ fn parameters(old: &[Share], new: &[Share]) -> Vec<ParameterChange> {
     names.retain(|name| seen.insert(name.as_str()));
     let changes = names.into_iter();
     let changes = changes.filter_map(|name| ParameterChange::of(find(old, name), find(new, name)));
-    let mut changes: Vec<ParameterChange> = changes.collect();
     let size = |change: &ParameterChange| (change.new_mean_um - change.old_mean_um).abs();
-    changes.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    changes
+    by(changes.collect(), |change| -size(change))
 }

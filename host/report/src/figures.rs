@@ -5,6 +5,7 @@ use super::{
     Positioning, TableCurve, Volumetric,
 };
 use crate::picture::{Bars, Chart, ChartBar, Drawing, Ink, Mark, Polar, PolarTurn, Scale, Series};
+use trueaxis_model::numbers::by;
 use trueaxis_model::validate::Quality;
 use trueaxis_study::validation::{Scatter, Validation};
 
@@ -37,11 +38,11 @@ pub fn budget(budget: &ErrorBudget, together: &Volumetric, at_tip: bool) -> Opti
         },
         ..of(&share.name, &share.alone)
     });
-    let mut alone: Vec<ChartBar> = alone.filter(|b| b.max >= NOTHING).collect();
+    let alone: Vec<ChartBar> = alone.filter(|b| b.max >= NOTHING).collect();
     if alone.is_empty() {
         return None;
     }
-    alone.sort_by(|a, b| b.mean.total_cmp(&a.mean));
+    let alone = by(alone, |bar| -bar.mean);
     // What counts for whoever has no time: all of them together, and what the tables leave, with the uncertainty of the
     // parameters where it is known.
     let mut bars = vec![of("together", &together.before)];

@@ -5,6 +5,7 @@ use super::words::motion_in_words;
 use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::{MAX_SENSORS, Motion, Situation, Switches};
 use trueaxis_model::machine::Axis;
+use trueaxis_model::numbers::ascending;
 use trueaxis_model::validate::calibrated;
 use trueaxis_study::Probed;
 
@@ -152,7 +153,7 @@ fn measured_at(motion: &Motion, axis: &Axis) -> Vec<f64> {
     let all = motion.table.iter().flat_map(|table| &table.at);
     let all = all.map(|q| axis.to_command(*q));
     let mut at: Vec<f64> = all.filter(|q| *q >= low && *q <= high).collect();
-    at.sort_by(f64::total_cmp);
+    ascending(&mut at);
     at
 }
 
@@ -166,7 +167,7 @@ fn shown_at(axis: &Axis, measured: &[f64], ends: impl Iterator<Item = f64>) -> V
         false => [&[low, high], measured].concat(),
     };
     at.extend(ends.filter(|q| *q > low && *q < high));
-    at.sort_by(f64::total_cmp);
+    ascending(&mut at);
     at.dedup();
     at
 }

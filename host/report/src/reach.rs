@@ -3,6 +3,7 @@
 use super::words::figure;
 use super::{AxisMotions, ErrorBudget, Share, Subject, Volumetric};
 use trueaxis_model::kinematics::Policy;
+use trueaxis_model::numbers::by;
 
 /// Mean direction errors (µrad) below this are not mentioned.
 const MATTERS: f64 = 0.1;
@@ -70,8 +71,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &ErrorBudg
 /// The parameters that leave most of their direction error to any correction.
 fn least_within_reach(budget: &ErrorBudget) -> Option<String> {
     let left = |share: &Share| share.uncorrected_urad.unwrap_or(0.0);
-    let mut worst: Vec<&Share> = budget.shares.iter().collect();
-    worst.sort_by(|a, b| left(b).total_cmp(&left(a)));
+    let worst = by(budget.shares.iter().collect(), |share| -left(share));
     let named = worst.iter().take(3).filter(|share| left(share) >= MATTERS);
     let named: Vec<String> = named
         .map(|share| {

@@ -3,6 +3,7 @@
 use super::words::{capital, figure, rounded_up, sensible};
 use super::{ErrorKnowledge, Share, Volumetric};
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
+use trueaxis_model::numbers::by;
 use trueaxis_model::validate::{Quality, Statistics};
 
 /// Mean errors below this (µm, µrad) count as zero.
@@ -43,8 +44,7 @@ const NAMED: usize = 4;
 
 /// The parameters that the measurements could not show.
 fn unseen(errors: &ErrorModel) -> Option<String> {
-    let mut all: Vec<_> = errors.unseen.iter().collect();
-    all.sort_by(|a, b| b.1.total_cmp(a.1));
+    let all = by(errors.unseen.iter().collect(), |(_, um)| -**um);
     let (most, um) = all.first()?;
     let names: Vec<String> = all.iter().take(NAMED).map(|(p, _)| p.to_string()).collect();
     let more = match all.len().saturating_sub(NAMED) {

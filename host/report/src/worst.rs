@@ -7,6 +7,7 @@ use trueaxis::Travel;
 use trueaxis_model::errors::{ErrorModel, Switches};
 use trueaxis_model::kinematics::{Kinematics, Twist};
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::numbers::by;
 use trueaxis_model::parallel;
 use trueaxis_model::uncertainty::Uncertain;
 use trueaxis_model::validate::{Command, Quality, Region, direction, random_commands};
@@ -321,10 +322,8 @@ fn sized(commands: &[Command], left: &RemainingError<'_>, of: Of) -> Vec<Sized> 
 }
 
 /// Sorts by size, largest first; those that differ by less than 1e-9 mm or rad keep their order.
-fn sorted(mut all: Vec<Sized>) -> Vec<Sized> {
-    let rounded = |size: f64| (size * 1e9).round();
-    all.sort_by(|a, b| rounded(b.0).total_cmp(&rounded(a.0)));
-    all
+fn sorted(all: Vec<Sized>) -> Vec<Sized> {
+    by(all, |(size, _)| -(size * 1e9).round())
 }
 
 #[cfg(test)]

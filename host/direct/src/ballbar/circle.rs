@@ -2,6 +2,7 @@
 
 use super::sphere::{FittedSphere, fitted};
 use nalgebra::{Matrix4, Vector3, Vector4};
+use trueaxis_model::numbers::by;
 
 /// Readings of one or two turns: angle (rad) from the first axis towards the second, and excess of the bar over its
 /// nominal length (mm).
@@ -104,11 +105,11 @@ fn fit(points: &[Vector3<f64>]) -> Result<FittedSphere, CircleError> {
 fn hysteresis(turns: &BallBarTurns, common: &FittedSphere) -> f64 {
     let [forth, back] = [&turns.counter_clockwise, &turns.clockwise];
     let split = forth.len();
-    let mut other: Vec<(f64, f64)> = (back.iter())
+    let other: Vec<(f64, f64)> = (back.iter())
         .zip(&common.residuals[split..])
         .map(|((angle, _), r)| (angle.rem_euclid(std::f64::consts::TAU), *r))
         .collect();
-    other.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let other = by(other, |(angle, _)| *angle);
     let at = |angle: f64| {
         let next = other.partition_point(|(a, _)| *a < angle);
         let (after, before) = (

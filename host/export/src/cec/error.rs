@@ -1,6 +1,7 @@
 //! Why a compensation cannot be exported.
 
 use super::cost::Long;
+use trueaxis_model::numbers::by;
 
 /// Why the tables of the controller cannot hold a compensation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -62,8 +63,7 @@ fn count(long: &[Long]) -> String {
 }
 
 fn list(long: &[Long]) -> String {
-    let mut sorted: Vec<&Long> = long.iter().collect();
-    sorted.sort_by(|a, b| b.dropped.total_cmp(&a.dropped));
+    let sorted = by(long.iter().collect::<Vec<&Long>>(), |one| -one.dropped);
     let (shown, rest) = sorted.split_at(sorted.len().min(SHOWN));
     let mut each: Vec<String> = shown.iter().map(ToString::to_string).collect();
     if !rest.is_empty() {

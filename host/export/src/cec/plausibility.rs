@@ -3,6 +3,7 @@
 use super::axes::NamedAxes;
 use super::raw::Raw;
 use super::{CecTable, named};
+use trueaxis_model::numbers::ascending;
 use trueaxis_model::source::FileError;
 
 /// Slope of a correction (mm/mm) above which a value is more likely a mistake; scale and straightness errors of
@@ -83,7 +84,7 @@ fn outlier(values: &[f32]) -> Option<usize> {
     let off = |w: &[f32]| f64::from(w[1]) - 0.5 * (f64::from(w[0]) + f64::from(w[2]));
     let bends: Vec<f64> = values.windows(3).map(off).collect();
     let mut sizes: Vec<f64> = bends.iter().map(|b| b.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
+    ascending(&mut sizes);
     let usual = sizes[(sizes.len() - 1) / 2];
     let (worst, bend) = bends
         .iter()

@@ -9,6 +9,7 @@ use crate::fault::Fault;
 use crate::limits::Limits;
 use crate::trace::{Lost, Node, Path};
 use std::f64::consts::{PI, SQRT_2};
+use trueaxis_model::numbers::by;
 
 /// What is farther from an arc, in parts of the radius, is another figure, and the end of one its beginning.
 const LARGEST: f64 = 0.1;
@@ -215,7 +216,7 @@ impl Dividing<'_> {
                 let part = k as f64 / (PLACES + 1) as f64;
                 nodes.push((self.place)(begin.t + part * (end.t - begin.t))?);
             }
-            nodes.sort_by(|a, b| a.t.total_cmp(&b.t));
+            nodes = by(nodes, |node| node.t);
         }
         nodes.push(end);
         Ok(nodes)

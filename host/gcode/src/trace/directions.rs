@@ -7,6 +7,7 @@ use super::{Field, Lost, Path, Travels};
 use crate::axes::PerLetter;
 use crate::interpret::bits;
 use crate::travel_directions::{TravelDirections, opposite, sign};
+use trueaxis_model::numbers::{ascending, by};
 
 /// A part of a path on which no axis reverses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,8 +97,7 @@ impl Field<'_> {
                 }
             }
         }
-        reversals.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok((travel, reversals))
+        Ok((travel, by(reversals, |(place, _)| *place)))
     }
 
     /// Places of a path, between which no axis turns round and back by what counts.
@@ -112,7 +112,7 @@ impl Field<'_> {
         };
         if let Path::Arc(arc) = path {
             parts.extend(arc.turns_round());
-            parts.sort_by(f64::total_cmp);
+            ascending(&mut parts);
         }
         parts.push(1.0);
         for t in parts {

@@ -7,6 +7,7 @@
 use std::ops::Range;
 use trueaxis_model::errors::{MAX_SENSORS, Parameter, Thermal};
 use trueaxis_model::formats::csv::{self, CsvRow, CsvTable};
+use trueaxis_model::numbers::{ascending, by};
 use trueaxis_model::source::FileError;
 
 /// Temperatures of sensors over time.
@@ -140,8 +141,8 @@ fn rows(
 }
 
 /// The rows in the order of their times, divided into cycles.
-fn in_order(mut rows: Vec<LabelledRow>) -> Result<Vec<Celsius>, FileError> {
-    rows.sort_by(|a, b| a.0.time.total_cmp(&b.0.time));
+fn in_order(rows: Vec<LabelledRow>) -> Result<Vec<Celsius>, FileError> {
+    let mut rows = by(rows, |(reading, _)| reading.time);
     rows.dedup_by(|later, first| later.0.time == first.0.time);
     let (mut readings, labels): (Vec<Celsius>, Vec<Option<i64>>) = rows.into_iter().unzip();
     let labels: Vec<i64> = labels.into_iter().flatten().collect();
@@ -160,7 +161,7 @@ fn divide(readings: &mut [Celsius], labels: &[i64]) {
     let mut steps: Vec<f64> = readings.windows(2).map(|w| w[1].time - w[0].time).collect();
     let gap = {
         let mut sorted = steps.clone();
-        sorted.sort_by(f64::total_cmp);
+        ascending(&mut sorted);
         (GAP * sorted[sorted.len() / 2]).max(SHORTEST_GAP)
     };
     steps.insert(0, f64::INFINITY);

@@ -1,5 +1,6 @@
 //! What an estimate leaves of the equations.
 
+use super::by_row;
 use super::{EquationWeights, ProbingRow, Problem};
 use crate::estimate::{Estimate, RowResult};
 use crate::observed::{ObservedRow, moved};
@@ -127,8 +128,7 @@ impl Problem<'_> {
             after: after[i],
             is_trusted: trusted[i],
         };
-        let mut order: Vec<usize> = (0..self.places.len()).collect();
-        order.sort_by_key(|i| self.places[*i].row);
+        let order = by_row(&self.places);
         let observed = self.places.len()..after.len();
         [
             order.into_iter().map(row).collect(),

@@ -3,11 +3,13 @@
 use super::{OTHER_SIGN, OutlierKind, SAME};
 use crate::instrument::{Kind, SettingPart};
 use crate::rows::Problem;
+use crate::rows::by_row;
 use crate::{Unknown, root_mean_square};
 use nalgebra::{DMatrix, Matrix3};
 use std::ops::Range;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::numbers::ascending;
 
 /// Displacement of the tip in some of the places: a column for each unknown of a hypothesis.
 pub(super) struct DisplacementGroup {
@@ -23,8 +25,7 @@ pub(super) struct DisplacementGroup {
 /// All hypotheses about groups. `stylus` is the derivative of the tip by the stylus in each place.
 pub(super) fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGroup> {
     let places = &problem.places;
-    let mut probed: Vec<usize> = (0..places.len()).collect();
-    probed.sort_by_key(|i| places[*i].row);
+    let probed = by_row(places);
     let mut groups = DisplacementGroups {
         problem,
         probed: &probed,
@@ -155,7 +156,7 @@ fn digits(position: f64) -> f64 {
 /// The distinct values.
 fn values(all: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = all.collect();
-    values.sort_by(f64::total_cmp);
+    ascending(&mut values);
     values.dedup_by(|a, b| (*a - *b).abs() < SAME);
     values
 }

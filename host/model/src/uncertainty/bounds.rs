@@ -8,6 +8,7 @@ use super::{Changes, PROBABILITY};
 use crate::errors::{Covariance, ErrorModel, Situation};
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
+use crate::numbers::ascending;
 use crate::numbers::normal;
 use crate::parallel;
 use crate::validate::{Quality, Statistics};
@@ -97,7 +98,7 @@ pub fn bounds(
 fn not_exceeded(machines: &[Statistics]) -> Statistics {
     let bound = |of: fn(&Statistics) -> f64| {
         let mut all: Vec<f64> = machines.iter().map(of).collect();
-        all.sort_by(f64::total_cmp);
+        ascending(&mut all);
         all[(PROBABILITY * all.len() as f64) as usize]
     };
     Statistics {

@@ -6,6 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::numbers::ascending;
 use trueaxis_model::parallel;
 use trueaxis_model::uncertainty::{derivatives, of_root};
 
@@ -96,7 +97,7 @@ impl Band {
 
 impl UncertaintySpread {
     fn of(mut values: Vec<f64>) -> Self {
-        values.sort_by(f64::total_cmp);
+        ascending(&mut values);
         let count = values.len();
         let Some(largest) = values.last() else {
             return Self::default();

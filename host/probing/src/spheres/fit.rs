@@ -1,6 +1,7 @@
 //! Least-squares spheres through touches; each ball has one radius in all of its probings.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use trueaxis_model::numbers::ascending;
 
 /// A probing: the positions of the stylus centre when it touched a ball (mm).
 #[derive(Clone, Debug, PartialEq)]
@@ -208,7 +209,7 @@ fn told(probings: &[Centre], centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Fit
         scaled.push(by);
     }
     let mut all: Vec<f64> = scaled.iter().flatten().copied().collect();
-    all.sort_by(f64::total_cmp);
+    ascending(&mut all);
     let noise = all.get(all.len() / 2).map_or(0.0, |median| median / MEDIAN);
     let limit = (DISTRUSTED * noise).max(LEAST);
     let doubtful = scaled.iter().enumerate().filter_map(|(number, distances)| {

@@ -8,6 +8,7 @@ use crate::{ReportError, Subject};
 use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
+use trueaxis_model::numbers::ascending;
 
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
@@ -171,7 +172,7 @@ impl SampledValue {
     /// of no distribution: the number of values below the true one is binomial, and its standard deviation is one of ranks.
     fn p95(all: impl Iterator<Item = f64>) -> Self {
         let mut all: Vec<f64> = all.collect();
-        all.sort_by(f64::total_cmp);
+        ascending(&mut all);
         let value = Statistics::of(all.iter().copied()).p95;
         let n = all.len() as f64;
         let ranks = (n * 0.95 * 0.05).sqrt();
@@ -186,7 +187,7 @@ impl SampledValue {
 /// Mean and 95 % interval, with equal probabilities beyond both ends.
 fn summary(found: &[SampledValue]) -> Expected {
     let mut values: Vec<f64> = found.iter().map(|found| found.value).collect();
-    values.sort_by(f64::total_cmp);
+    ascending(&mut values);
     let n = values.len();
     let beyond = n / 40;
     let mean = |of: fn(&SampledValue) -> f64| found.iter().map(of).sum::<f64>() / n as f64;

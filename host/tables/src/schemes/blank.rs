@@ -2,6 +2,7 @@
 
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Draft, Notes, Sensor, Zone};
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::numbers::ascending;
 use trueaxis_model::policy::stored;
 
 /// A draft with the machine, its inputs and the policy that corrects nothing.
@@ -60,7 +61,7 @@ fn notes(kinematics: &Kinematics<'_>) -> Notes {
     let axes = machine.axes.iter().zip(&errors.calibrated);
     let zone = (0..).zip(axes).filter_map(|(number, (axis, range))| {
         let mut range = range.map(|q| axis.to_command(q));
-        range.sort_by(f64::total_cmp);
+        ascending(&mut range);
         // Degrees come back from radians with rounding.
         let ends = range.iter().zip(axis.travel);
         let is_part = ends.map(|(a, b)| (a - b).abs()).any(|off| off > 1e-6);

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use std::collections::{BTreeMap, BTreeSet};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::numbers::ascending;
 use trueaxis_model::parallel;
 
 /// One output of one component at fixed values of all other variables.
@@ -254,7 +255,7 @@ impl Sampler<'_> {
         let variable = &self.variables[v];
         let sampled: Vec<_> = at.iter().map(|x| variable.sampled_for(*x)).collect();
         let mut places: Vec<f64> = sampled.iter().flatten().map(|(x, _)| *x).collect();
-        places.sort_by(f64::total_cmp);
+        ascending(&mut places);
         places.dedup();
         let known = self.coefficients_at_all(columns, v, components, &places)?;
         let mut values = DMatrix::zeros(at.len(), columns.len());

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::numbers::order;
 
 /// Singular values below this fraction of the largest are rounding; samples are accurate to 1e-10 of their values.
 pub const ROUNDING: f64 = 1e-12;
@@ -436,8 +437,7 @@ fn leading(residual: &DMatrix<f64>, leave: f64) -> (DMatrix<f64>, usize) {
     let Some(v_t) = svd.v_t else {
         return (DMatrix::zeros(n, 0), 0);
     };
-    let mut order: Vec<usize> = (0..svd.singular_values.len()).collect();
-    order.sort_by(|a, b| svd.singular_values[*b].total_cmp(&svd.singular_values[*a]));
+    let order = order((-&svd.singular_values).as_slice());
     let mut rest = residual.clone();
     let mut most = rest.amax();
     let mut count = 0;

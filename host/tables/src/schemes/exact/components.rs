@@ -12,6 +12,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use trueaxis_model::errors::ParameterKind;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::numbers::by;
 use trueaxis_model::parallel;
 
 /// Joint effects of two motions are left out while their total stays below this (in units of the tolerance; twice
@@ -232,8 +233,8 @@ fn significant(sizes: &[(PerAxis, u32)], tolerance: &PerAxis) -> Vec<u32> {
         let parts = size.iter().zip(tolerance).map(|(d, t)| d / t);
         (parts.fold(0.0, f64::max), *on)
     };
-    let mut sizes: Vec<(f64, u32)> = sizes.iter().map(in_tolerances).collect();
-    sizes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let sizes = sizes.iter().map(in_tolerances).collect();
+    let mut sizes: Vec<(f64, u32)> = by(sizes, |(size, _)| -size);
     let mut left_out = 0.0;
     let weak = sizes.iter().rev().take_while(|(size, _)| {
         left_out += size * size;

@@ -12,6 +12,7 @@ use crate::target::Target;
 use std::collections::BinaryHeap;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::numbers::order;
 use trueaxis_model::parallel::{self, Sort};
 
 /// Share that a basis may leave out, as a fraction of that: every function is combined with many others.
@@ -154,14 +155,13 @@ impl<'a> Cover<'a> {
             .filter(|members| members.len() > 1)
             .map(|members| (members[0].0, members.iter().map(|(_, i)| *i).collect()))
             .collect();
-        let mut order: Vec<usize> = (0..entries.len()).collect();
-        order.sort_by(|a, b| entries[*b].peak.total_cmp(&entries[*a].peak).then(a.cmp(b)));
+        let keys: Vec<f64> = entries.iter().map(|entry| -entry.peak).collect();
         Self {
             entries,
             variables,
             bases,
             fibres,
-            order,
+            order: order(&keys),
             prunes: false,
         }
     }

@@ -7,6 +7,7 @@ use super::variables::Variable;
 use crate::cost::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
 use std::collections::BTreeMap;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::numbers::order;
 
 /// Terms that others replace.
 pub struct Edit {
@@ -171,18 +172,17 @@ impl Spare {
 impl Structure {
     /// Leaves out small parts, the smallest first, as long as the tolerance allows.
     pub(crate) fn prune(&mut self, bases: &[Basis], spare: &mut Spare) {
-        let mut order: Vec<(f64, usize)> = (0..self.terms.len())
-            .map(|i| (self.peak(&self.terms[i], bases), i))
-            .collect();
-        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let peak = |term| self.peak(term, bases);
+        let peaks: Vec<f64> = self.terms.iter().map(peak).collect();
+        let order = order(&peaks);
         let mut gone = Vec::new();
-        for &(peak, i) in &order {
-            if !spare.try_take(self.terms[i].output, peak) {
+        for &i in &order {
+            if !spare.try_take(self.terms[i].output, peaks[i]) {
                 break;
             }
             gone.push(i);
         }
-        for (_, i) in order {
+        for i in order {
             if !gone.contains(&i) {
                 self.straighten(i, bases, spare);
             }

@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 use std::collections::{BTreeMap, HashMap};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::numbers::ascending;
 use trueaxis_model::parallel::{self, Sort};
 
 /// Products that contribute less than this (in units of the tolerance) are dropped; a thousand of them would not add
@@ -111,13 +112,10 @@ pub fn entries(
         .collect();
     // If there are more than any target can hold, keep the largest.
     if entries.len() > MOST_ENTRIES {
-        entries.sort_by(|a, b| {
-            b.peak
-                .total_cmp(&a.peak)
-                .then_with(|| (a.output, a.key).cmp(&(b.output, b.key)))
-        });
-        entries.truncate(MOST_ENTRIES);
-        entries.sort_by_key(|e| (e.output, e.key));
+        let mut peaks: Vec<f64> = entries.iter().map(|entry| entry.peak).collect();
+        ascending(&mut peaks);
+        let most_left_out = peaks[peaks.len() - MOST_ENTRIES - 1];
+        entries.retain(|entry| entry.peak > most_left_out);
     }
     Ok(entries)
 }

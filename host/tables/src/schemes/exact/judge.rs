@@ -9,6 +9,7 @@ use crate::target::Target;
 use trueaxis::Draft;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
+use trueaxis_model::numbers::order;
 use trueaxis_model::parallel;
 use trueaxis_model::validate::Runtime;
 
@@ -165,8 +166,8 @@ impl<'a> Judge<'a> {
             });
         };
         let verdicts: Vec<Verdict> = parallel::map(others, |place| self.at(place, &runtime));
-        let mut order: Vec<usize> = (0..verdicts.len()).collect();
-        order.sort_by(|a, b| verdicts[*b].error.total_cmp(&verdicts[*a].error));
+        let keys: Vec<f64> = verdicts.iter().map(|verdict| -verdict.error).collect();
+        let order = order(&keys);
         let misses = |verdict: &Verdict| verdict.error > factor;
         let missed = order.iter().take_while(|i| misses(&verdicts[**i]));
         let missed = missed.take(MOST_MISSED).map(|i| others[*i].clone());

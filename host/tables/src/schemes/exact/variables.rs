@@ -5,6 +5,7 @@ use super::nodes::{self, Turning, lagrange};
 use trueaxis_model::errors::{MAX_SENSORS, Motion};
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::MAX_AXES;
+use trueaxis_model::numbers::ascending;
 
 /// The largest number of variables: axes, directions, tool length, temperatures.
 pub(crate) const MAX_VARIABLES: usize = 2 * MAX_AXES + 1 + MAX_SENSORS;
@@ -192,7 +193,7 @@ impl Variable {
     /// Adds the nodes at peaks, in ascending order.
     fn with_peaks(&self, mut nodes: Vec<f64>) -> Vec<f64> {
         nodes.extend(&self.peaks);
-        nodes.sort_by(f64::total_cmp);
+        ascending(&mut nodes);
         nodes
     }
 
@@ -292,7 +293,7 @@ fn of_axis(kinematics: &Kinematics<'_>, index: usize, separates: bool, relative:
     let tables = motions.iter().filter_map(|m| m.table.as_ref());
     let measured = tables.flat_map(|table| table.at.iter().copied().filter(inside));
     let mut kinks: Vec<f64> = ends.iter().copied().chain(measured).collect();
-    kinks.sort_by(f64::total_cmp);
+    ascending(&mut kinks);
     kinks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
     let bends = errors.bends(machine, index);
     let uneven = is_rotary && motions.iter().any(Motion::varies);

@@ -7,6 +7,7 @@
 
 use super::candidates::{Candidate, tables};
 use super::remains::Remains;
+use trueaxis_model::numbers::by;
 use trueaxis_model::parallel;
 
 /// Sets that are better by less than this fraction of the total are equally good: rounding.
@@ -39,8 +40,7 @@ pub fn best(remains: &Remains, most: usize) -> Vec<usize> {
     ends.iter_mut().for_each(|end| end.sort_unstable());
     ends.sort_unstable();
     ends.dedup();
-    let left = |end: &Vec<usize>| remains.left(end);
-    ends.sort_by(|a, b| left(a).total_cmp(&left(b)));
+    let ends = by(ends, |end| remains.left(end));
     let ends = ends.into_iter().take(STARTS);
     let ends = ends.map(|end| exchanged(remains, end, most));
     let mut best = least(remains, ends.collect());
