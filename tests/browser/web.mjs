@@ -123,7 +123,7 @@ function times(fault, name, page) {
   if (page > MOST_TIMES * own) fault(`${name} takes ${(page / own).toFixed(1)} times as long as the command`);
 }
 
-/** Every example gives the bytes of the command; in a further browser, which runs the same instructions, one of each scheme. */
+/** Every example gives the bytes of the command; in a further browser, which runs the same instructions, those of FURTHER. */
 async function compiles(browser, kind) {
   const { tab, fault } = await open(browser, kind);
   for (const name of kind === FIRST ? Object.keys(examples) : FURTHER) {

@@ -1,7 +1,7 @@
 //! One blob gives equal bits in every build and on every machine.
 //!
-//! `cargo xtask test` runs this in debug, in release, and in release with `-C target-cpu=native`, always against the
-//! same stored hashes.
+//! `cargo xtask test` runs this in debug and in release, `cargo xtask prove` in release with `-C target-cpu=native`, always
+//! against the same stored hashes.
 
 use trueaxis_tests::golden::{blob, hash_of_evaluation, hash_of_servo, load};
 

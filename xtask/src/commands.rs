@@ -46,7 +46,7 @@ macro_rules! commands {
 pub const COMMANDS: &[XtaskCommand] = commands! {
     "test [--all]" => Own(test::run),
         takes "10 min (--all: 70 min)",
-        "format, lints, tests, docs, bit identity, 6 random machines; --all: everything that must hold, with \
+        "format, lints, tests, docs, bit identity, 6 random machines; --all: everything that a change must pass, with \
          emulators, LinuxCNC and a browser";
     "bare" => Lab("processors", &["bare"]),
         needs "a Cortex-M target", takes "1 min",

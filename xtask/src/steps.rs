@@ -78,6 +78,7 @@ steps! {
     "formatting of the module for Python" => "fmt --manifest-path python/Cargo.toml --check";
     "formatting of the laboratories" => "fmt --manifest-path lab/Cargo.toml --all --check";
     "formatting of the STM32F405" => board!("stm32f405", "fmt", "--check");
+    "formatting of the instruction counts of the STM32F405" => board!("stm32f405/bench", "fmt", "--check");
     "formatting of the STM32H743" => board!("stm32h743", "fmt", "--check");
     "formatting of the program for every processor" => board!("portable", "fmt", "--check");
     "formatting of the runtime of boards" => board!("cortex-m", "fmt", "--check");

@@ -38,3 +38,30 @@ pub fn normal(random: &mut Pcg64Mcg) -> f64 {
     let radius = (-2.0 * libm::log(1.0 - random.random::<f64>())).sqrt();
     radius * libm::cos(std::f64::consts::TAU * random.random::<f64>())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_keys_stay_in_their_order() {
+        let items = vec![
+            ('a', 2.0),
+            ('b', -1.0),
+            ('c', 2.0),
+            ('d', f64::INFINITY),
+            ('e', -1.0),
+        ];
+        let names: String = by(items.clone(), |(_, key)| *key)
+            .iter()
+            .map(|(name, _)| name)
+            .collect();
+        assert_eq!(names, "beacd");
+        let names: String = by(items, |(_, key)| -key)
+            .iter()
+            .map(|(name, _)| name)
+            .collect();
+        assert_eq!(names, "dacbe");
+        assert_eq!(order(&[]), [0; 0]);
+    }
+}

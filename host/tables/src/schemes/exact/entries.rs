@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use std::collections::{BTreeMap, HashMap};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
-use trueaxis_model::numbers::ascending;
+use trueaxis_model::numbers::order;
 use trueaxis_model::parallel::{self, Sort};
 
 /// Products that contribute less than this (in units of the tolerance) are dropped; a thousand of them would not add
@@ -112,10 +112,13 @@ pub fn entries(
         .collect();
     // If there are more than any target can hold, keep the largest.
     if entries.len() > MOST_ENTRIES {
-        let mut peaks: Vec<f64> = entries.iter().map(|entry| entry.peak).collect();
-        ascending(&mut peaks);
-        let most_left_out = peaks[peaks.len() - MOST_ENTRIES - 1];
-        entries.retain(|entry| entry.peak > most_left_out);
+        let keys: Vec<f64> = entries.iter().map(|entry| -entry.peak).collect();
+        let mut is_kept = vec![false; entries.len()];
+        for place in order(&keys).into_iter().take(MOST_ENTRIES) {
+            is_kept[place] = true;
+        }
+        let mut is_kept = is_kept.into_iter();
+        entries.retain(|_| is_kept.next().unwrap_or_default());
     }
     Ok(entries)
 }
