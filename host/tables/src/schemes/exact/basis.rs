@@ -126,14 +126,6 @@ impl Basis {
                 let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
                 let mut shown = telling(&group.samples, &values, choice.leave);
                 let found = numeric(group, &values, &shown, choice.leave);
-                let found = match found {
-                    // With few nodes, a sum of functions that they cannot separate may look like a new one.
-                    Some(new) if shown.len() < values.ncols() => {
-                        let is_new = basis.is_new(&new, v, sampler, components, tolerance)?;
-                        is_new.then_some(new)
-                    }
-                    found => found,
-                };
                 let new = found.as_ref().map_or(0, |n| n.unfold.ncols());
                 shown.extend(values.ncols()..values.ncols() + new);
                 basis.numeric.extend(found);
@@ -182,29 +174,6 @@ impl Basis {
             values.columns_mut(before, new.ncols()).copy_from(&new);
         }
         Ok(values)
-    }
-
-    /// True if the functions, at many nodes, are not sums of existing ones.
-    fn is_new(
-        &self,
-        numeric: &Numeric,
-        v: usize,
-        sampler: &Sampler<'_>,
-        components: &[Component],
-        tolerance: &PerAxis,
-    ) -> Result<bool, NotConverged> {
-        let at = sampler.variables[v].many();
-        let mut with = self.clone();
-        with.numeric.push(numeric.clone());
-        let all = with.values(v, sampler, components, tolerance, &at)?;
-        let (before, new) = all.columns_range_pair(..self.len(), self.len()..);
-        let (before, new) = (before.into_owned(), new.into_owned());
-        Ok(residual(&new, &before).is_some_and(|(rest, _)| {
-            let pairs = rest.column_iter().zip(new.column_iter());
-            pairs
-                .into_iter()
-                .all(|(rest, new)| rest.norm() > APART * new.norm())
-        }))
     }
 
     fn with_peaks(

@@ -325,16 +325,8 @@ pub fn bases(
     })
 }
 
-/// What to do if the target cannot hold all terms.
-#[derive(Clone, Copy)]
-pub enum IfFull {
-    /// Leave out the smallest ones; `before` is the part that an earlier attempt had to leave out.
-    LeaveOut { before: f64 },
-    /// Leave out everything.
-    GiveUp,
-}
-
-/// Finds terms that leave out no more than `share` of the tolerance, or as little as the target allows.
+/// Finds terms that leave out no more than `share` of the tolerance. If the target cannot hold them, they leave out as
+/// little as it allows, or all if not `leaves_out`.
 pub fn attempt(
     sampler: &Sampler<'_>,
     components: &[Component],
@@ -342,16 +334,17 @@ pub fn attempt(
     tolerance: &PerAxis,
     (minimize, target): (Minimize, &Target),
     share: f64,
-    if_full: IfFull,
+    leaves_out: bool,
 ) -> Result<Attempt, NotConverged> {
-    let (before, more) = match if_full {
-        IfFull::LeaveOut { before } => (before, BEFORE_FOLDING),
-        IfFull::GiveUp => (0.0, 1),
-    };
-    let entries = entries(sampler, components, &bases, tolerance, before)?;
+    let entries = entries(sampler, components, &bases, tolerance)?;
     let direction = matches!(sampler.kinematics.policy, Policy::Direction { .. });
     let cover = Cover::new(&entries, &sampler.variables, &bases, minimize).pruned(direction);
-    let first_most = if direction { more } else { 1 } * target.terms;
+    let more = if direction && leaves_out {
+        BEFORE_FOLDING
+    } else {
+        1
+    };
+    let first_most = more * target.terms;
     let choose = |share: f64| {
         let structure = cover.choose(share, target.tables * 2 / 3, [first_most, target.terms]);
         structure.filter(|s| s.count() <= target.tables)
@@ -361,7 +354,7 @@ pub fn attempt(
     if is_full {
         left_out = cover.share_of_nothing().max(share);
     }
-    if is_full && matches!(if_full, IfFull::LeaveOut { .. }) {
+    if is_full && leaves_out {
         // With everything left out it certainly fits: bisect on a logarithmic scale. Verification shows the effect.
         let mut too_little = share;
         for _ in 0..8 {

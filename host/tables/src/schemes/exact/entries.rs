@@ -76,21 +76,18 @@ fn projected(values: &[f64], inverse: &DMatrix<f64>, outer: usize, inner: usize)
     projected
 }
 
-/// Projects all components onto the bases. If the structure will leave out more than the tolerance anyway
-/// (`left_out`, in units of it), small products are dropped in proportion.
+/// Projects all components onto the bases.
 pub fn entries(
     sampler: &Sampler<'_>,
     components: &[Component],
     bases: &[Basis],
     tolerance: &PerAxis,
-    left_out: f64,
 ) -> Result<Vec<Entry>, NotConverged> {
     let outputs = &tolerance[..sampler.kinematics.machine.axes.len()];
-    let noise = NOISE * left_out.max(1.0);
     let inverses = inverses(sampler, components, bases, tolerance)?;
     // Each component separately, then summed in a fixed order.
     let parts = parallel::map(components, |component| {
-        coefficients(component, &inverses, outputs, 1e-3 * noise)
+        coefficients(component, &inverses, outputs, 1e-3 * NOISE)
     });
     let mut parts = parts.concat();
     // The sort is stable, and so is the order of summation.
@@ -108,7 +105,7 @@ pub fn entries(
                 peak: value.abs() * peaks.product::<f64>(),
             }
         })
-        .filter(|e| e.peak > noise)
+        .filter(|e| e.peak > NOISE)
         .collect();
     // If there are more than any target can hold, keep the largest.
     if entries.len() > MOST_ENTRIES {

@@ -8,9 +8,9 @@ use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
-use trueaxis_model::errors::{Parameter, ParameterKind, Situation, Switches};
+use trueaxis_model::errors::{Parameter, ParameterKind, Situation};
 use trueaxis_model::kinematics::{Kinematics, Linearised, Policy};
-use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+use trueaxis_model::machine::{Machine, PerAxis};
 
 /// Chebyshev points of a range, including both ends.
 pub fn chebyshev([low, high]: [f64; 2], count: usize) -> Vec<f64> {
@@ -59,9 +59,6 @@ const BASE: usize = 13;
 const PLACES: usize = 6;
 /// Nodes in excess of the number of functions.
 const SPARE: usize = 2;
-/// Corrections that differ by less than this fraction of the largest, taken as at least 0.01 mm, are equal: they are
-/// iterated to 1e-12 mm or rad.
-const ALIKE: f64 = 1e-10;
 /// Lever (mm) on which an angle (rad) counts as a displacement (mm).
 const LEVER: f64 = 300.0;
 
@@ -87,13 +84,6 @@ impl Turning {
 
     /// For a rotary axis; functions smaller than `relative` of the largest are ignored.
     pub fn of(kinematics: &Kinematics<'_>, index: usize, relative: f64) -> Self {
-        if turns_all_alike(kinematics, index) {
-            let count = 1 + SPARE;
-            return Self {
-                base: count,
-                others: count,
-            };
-        }
         let machine = kinematics.machine;
         let range = machine.axes[index].travel.map(f64::to_radians);
         let at = over_a_turn(range, SEEN);
@@ -137,41 +127,6 @@ impl Turning {
             others: count,
         }
     }
-}
-
-/// True if the correction does not depend on the position of a rotary axis: the last one before the workpiece or the
-/// tool, without varying motions of its own, turns everything alike.
-fn turns_all_alike(kinematics: &Kinematics<'_>, index: usize) -> bool {
-    let mut random = Pcg64Mcg::seed_from_u64(4);
-    let mut situation = Situation {
-        sign: [1.0; MAX_AXES],
-        ..Situation::default()
-    };
-    for (kelvin, sensor) in situation.kelvin.iter_mut().zip(&kinematics.errors.sensors) {
-        *kelvin = sensor.range_kelvin[1];
-    }
-    (0..PLACES).all(|_| {
-        let start = within_travel(kinematics.machine, &mut random);
-        // At arbitrary angles: at equal parts of a turn, harmonics look alike too.
-        let others = [(); 2].map(|()| within_travel(kinematics.machine, &mut random));
-        let all = std::iter::once(start).chain(others);
-        let mut corrections = all.map(|other| {
-            let mut q = start;
-            q[index] = other[index];
-            let found = kinematics.correction(&q, &situation, &Switches::ALL);
-            found.ok().map(|correction| correction.dq)
-        });
-        let Some(Some(first)) = corrections.next() else {
-            return false;
-        };
-        let most = ALIKE * first.iter().fold(0.01_f64, |most, c| most.max(c.abs()));
-        corrections.all(|other| {
-            other.is_some_and(|other| {
-                let mut pairs = first.iter().zip(other);
-                pairs.all(|(a, b)| (a - b).abs() <= most)
-            })
-        })
-    })
 }
 
 /// A random position in the travel (mm, rad).
@@ -286,11 +241,7 @@ mod tests {
     use super::*;
 
     fn of(machine: &Machine, index: usize, relative: f64) -> Turning {
-        // One motion for each, so that none turns everything alike.
-        let rotary = machine.axes.iter().filter(|axis| axis.letter.is_rotary());
-        let motions = rotary.map(|axis| format!("EX{}1 = 1e-3\n", axis.letter.char()));
-        let text: String = motions.collect();
-        let errors = errors(machine, &format!("[parameters]\n{text}"));
+        let errors = errors(machine, "");
         let kinematics = Kinematics::new(machine, &errors).with_policy(Policy::Orientation);
         Turning::of(&kinematics, index, relative)
     }
@@ -302,28 +253,6 @@ mod tests {
             let turning = of(&machine, index, 1e-8);
             assert!(turning.others <= 5 + SPARE, "{turning:?}");
             assert_eq!(turning.base, BASE);
-        }
-    }
-
-    #[test]
-    fn what_turns_everything_alike_needs_no_nodes() {
-        let machine = with_rotary(&[('A', [-120.0, 120.0]), ('C', [-360.0, 360.0])]);
-        let last = |text: &str| {
-            let errors = errors(&machine, text);
-            let kinematics = Kinematics::new(&machine, &errors);
-            [3, 4].map(|index| turns_all_alike(&kinematics, index))
-        };
-        let location = "[parameters]\nEX0A = 20e-3\nEB0A = 40e-6\nEX0C = 30e-3\nEA0C = 1e-4\n";
-        // One of them is next to the workpiece or the tool, the other in between.
-        let found = last(location);
-        assert!(found[0] != found[1], "{found:?}");
-        let own = last(&format!("{location}EXC1 = 1e-3\nEXA1 = 1e-3\n"));
-        assert_eq!(own, [false, false]);
-        let backlash = last(&format!("{location}EXCb = 1e-3\nEXAb = 1e-3\n"));
-        assert_eq!(backlash, [false, false]);
-        for harmonic in 1..=8 {
-            let text = format!("[parameters]\nEXCc{harmonic} = 1e-3\nEXAs{harmonic} = 1e-3\n");
-            assert_eq!(last(&text), [false, false], "{text}");
         }
     }
 

@@ -3,7 +3,7 @@
 use super::budget::{Budget, GOOD, LITTLE_LESS, TOOL_SHARE};
 use super::candidate::{Candidate, Effort, HARMLESS, confirm};
 use super::components::{Joint, Split};
-use super::cover::{self, Attempt, IfFull, Minimize, attempt};
+use super::cover::{self, Attempt, Minimize, attempt};
 use super::judge::Judge;
 use super::points::{PeakTables, STUCK};
 use super::sampling::Sampler;
@@ -18,10 +18,6 @@ use trueaxis_model::machine::PerAxis;
 const FIRST_SHARE: f64 = 0.25;
 /// [`FIRST_SHARE`] if the tip and the direction are measured, where deviations of related axes partly cancel.
 const FIRST_TOOL_SHARE: f64 = 1.1;
-/// Maximum number of attempts, if more is needed than the target holds. Each next attempt leaves out as much as the
-/// last one had to, so that the capacity goes to what matters: the 84 coefficients of the HU40 then keep three quarters of
-/// the error.
-const FULL_ATTEMPTS: usize = 3;
 /// An error of more than this many times what was left out has another cause: joint effects.
 const CUT: f64 = 2.0;
 /// Shares tried if the first one is not enough, with joint effects of motions included. These cost many tables, so no
@@ -173,11 +169,6 @@ impl<'a> Search<'a> {
     pub fn run(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
         // Start with a generous share. If that is not enough, include effects of motion pairs, then reduce the share
         // step by step.
-        if self.is_full && self.pairs.is_some_and(|pairs| pairs > 0) {
-            // A finer tolerance was tried before and needed joint effects.
-            let second = self.attempt(tolerance, FIRST_SHARE, true)?;
-            return self.finish(tolerance, &second, true);
-        }
         let share = self.first_share();
         let first = match self.first.take() {
             Some(first) => first,
@@ -361,29 +352,11 @@ impl<'a> Search<'a> {
         let components = &split.components;
         let bases = cover::bases(sampler, split, tolerance, self.minimize, share)?;
         let target = (self.minimize, &self.options.target);
-        let try_with = |if_full: IfFull| -> Result<(Attempt, f64), SchemeError> {
-            let bases = bases.clone();
-            let next = attempt(
-                sampler, components, bases, tolerance, target, share, if_full,
-            )?;
-            let error = trials.error(&next.found(sampler, components, tolerance))?;
-            Ok((next, error))
-        };
-        let (mut attempt, mut error) = try_with(match self.effort {
-            Effort::IfItFits => IfFull::GiveUp,
-            _ => IfFull::LeaveOut { before: 0.0 },
-        })?;
-        for _ in 1..FULL_ATTEMPTS {
-            if !attempt.is_full || self.effort == Effort::IfItFits {
-                break;
-            }
-            let before = attempt.left_out;
-            let (next, less) = try_with(IfFull::LeaveOut { before })?;
-            if less > 0.9 * error {
-                break;
-            }
-            (attempt, error) = (next, less);
-        }
+        let leaves_out = self.effort != Effort::IfItFits;
+        let attempt = attempt(
+            sampler, components, bases, tolerance, target, share, leaves_out,
+        )?;
+        let error = trials.error(&attempt.found(sampler, components, tolerance))?;
         Ok(Tried {
             attempt,
             error,
