@@ -45,7 +45,7 @@ macro_rules! commands {
 /// All commands.
 pub const COMMANDS: &[XtaskCommand] = commands! {
     "test [--all]" => Own(test::run),
-        takes "10 min (--all: 70 min)",
+        takes "10 to 20 min (--all: 40 to 75 min)",
         "format, lints, tests, docs, bit identity, 6 random machines; --all: everything that a change must pass, with \
          emulators, LinuxCNC and a browser";
     "bare" => Lab("processors", &["bare"]),
