@@ -9,13 +9,17 @@ mod test;
 
 use commands::COMMANDS;
 use programs::Failure;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let mut code = ExitCode::SUCCESS;
     let ended = programs::main(|words| {
         match words {
-            ["help" | "--help" | "-h"] | [] => println!("{}", commands::usage()),
+            ["help" | "--help" | "-h"] | [] => {
+                // Whoever reads it may stop before its end.
+                let _ = writeln!(io::stdout(), "{}", commands::usage());
+            }
             [name, arguments @ ..] => {
                 let command = COMMANDS.iter().find(|command| command.name() == *name);
                 let command = command.ok_or_else(|| unknown(words))?;
