@@ -8,6 +8,7 @@ import os
 import pathlib
 import pickle
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -461,6 +462,8 @@ class Alone(unittest.TestCase):
                 trueaxis.Machine.from_toml(text)
 
     def test_ctrl_c_ends_long_calls(self):
+        # A program that was started in the background ignores the key.
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
         _, machine, model = files("kolibri", "errors-81.toml")
         made = trueaxis.compile(machine, files("kolibri", "errors-12.toml")[2], random=200)
         rows = np.tile(machine.travel.mean(axis=1), (1_000_000, 1))
