@@ -1,6 +1,6 @@
 //! The smallest and the largest of some numbers, their order, and numbers of the normal distribution.
 //!
-//! Sorting is compiled once, here, and not for every type and comparison: a tenth of the code of the crates that sample.
+//! Sorting is compiled once, here, and not for every type and comparison.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
