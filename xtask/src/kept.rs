@@ -12,20 +12,34 @@ use std::time::{Duration, Instant};
 #[derive(Default)]
 struct Messages {
     last: VecDeque<String>,
+    said: Said,
+}
+
+/// What is kept of a process that succeeds.
+#[derive(Clone, Debug, Default)]
+pub struct Said {
     /// Lines that begin with [`NOT_RUN`].
-    not_run: Vec<String>,
+    pub not_run: Vec<String>,
+    /// The line that was followed by the longest silence, usually the command that took longest, and its seconds.
+    pub longest: (u64, String),
 }
 
 impl Messages {
     /// Shows each line; keeps the last `lines` of them.
     fn read(kept: &Mutex<Self>, from: impl Read, lines: usize) {
+        let mut since = Instant::now();
         for line in BufReader::new(from).split(b'\n').map_while(Result::ok) {
             let line = String::from_utf8_lossy(&line).into_owned();
             eprintln!("{line}");
             let Ok(mut kept) = kept.lock() else { return };
             if line.starts_with(NOT_RUN) {
-                kept.not_run.push(line.clone());
+                kept.said.not_run.push(line.clone());
             }
+            let silence = since.elapsed().as_secs();
+            if let Some(before) = kept.last.back().filter(|_| silence > kept.said.longest.0) {
+                kept.said.longest = (silence, before.clone());
+            }
+            since = Instant::now();
             kept.last.push_back(line);
             if kept.last.len() > lines {
                 kept.last.pop_front();
@@ -34,12 +48,12 @@ impl Messages {
     }
 }
 
-/// Runs a command, with the last lines of its standard error in the message as well. Returns the lines that begin with
-/// [`NOT_RUN`].
+/// Runs a command, with the last lines of its standard error in the message as well. Returns what is
+/// kept of it.
 ///
 /// # Errors
 /// If it does not start, or does not succeed; the message shows the command.
-pub fn run(command: &mut Command, lines: usize) -> Result<Vec<String>, String> {
+pub fn run(command: &mut Command, lines: usize) -> Result<Said, String> {
     let shown = shown(command);
     eprintln!("$ {shown}");
     let failed = |cause: String| format!("`{shown}`: {cause}");
@@ -60,7 +74,7 @@ pub fn run(command: &mut Command, lines: usize) -> Result<Vec<String>, String> {
     }
     let kept = kept.lock().map_err(|e| failed(e.to_string()))?;
     if status.success() {
-        return Ok(kept.not_run.clone());
+        return Ok(kept.said.clone());
     }
     let mut message = failed(status.to_string());
     message.extend(kept.last.iter().flat_map(|line| ["\n", line]));
@@ -87,7 +101,18 @@ mod tests {
     fn what_a_step_could_not_check_is_kept() {
         let mut command = Command::new("sh");
         command.args(["-c", "echo >&2 NOT RUN: this; echo >&2 that"]);
-        let not_run = run(&mut command, 1);
-        assert_eq!(not_run, Ok(vec!["NOT RUN: this".to_owned()]));
+        let said = run(&mut command, 1).unwrap();
+        assert_eq!(said.not_run, ["NOT RUN: this"]);
+    }
+
+    #[test]
+    fn the_longest_silence_has_a_name() {
+        let mut command = Command::new("sh");
+        command.args([
+            "-c",
+            "echo >&2 one; echo >&2 two; sleep 1.1; echo >&2 three",
+        ]);
+        let said = run(&mut command, 1).unwrap();
+        assert_eq!(said.longest, (1, "two".to_owned()));
     }
 }

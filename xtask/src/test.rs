@@ -1,9 +1,9 @@
 //! `cargo xtask test`: all checks required before a change is accepted.
 
-use crate::kept;
+use crate::kept::{self, Said};
 use crate::steps::{BESIDE, DENY, FURTHER, PROVE, Step, USUAL};
 use programs::Failure;
-use programs::packages::provide_subcommand;
+use programs::packages::{install_all, provide_subcommand};
 use programs::process::{NOT_RUN, cargo_of, target, works};
 use std::process::Command;
 use std::thread;
@@ -32,11 +32,14 @@ fn of(steps: &[Step]) -> Vec<TestStep> {
 /// Number of error lines of a failed step repeated in the summary: the last ones name the cause, after what it printed.
 const LINES_OF_FAILED: usize = 25;
 
-/// A step that has run: its name, its seconds, and what it says was not run.
+/// Seconds of silence in a step that the summary explains.
+const LONG: u64 = 60;
+
+/// A step that has run: its name, its seconds, and what is kept of what it said.
 struct Ran {
     name: String,
     seconds: u64,
-    result: Result<Vec<String>, String>,
+    result: Result<Said, String>,
 }
 
 impl Ran {
@@ -61,9 +64,14 @@ impl Ran {
             "FAILED"
         };
         let mut lines = vec![format!("{verdict} {:>5} s  {}", self.seconds, self.name)];
-        if let Err(message) = &self.result {
-            lines.extend(message.lines().map(|line| format!("          {line}")));
-        }
+        let more = match &self.result {
+            Err(message) => message.clone(),
+            Ok(Said { longest, .. }) if longest.0 >= LONG => {
+                format!("{} s of that after: {}", longest.0, longest.1)
+            }
+            Ok(_) => String::new(),
+        };
+        lines.extend(more.lines().map(|line| format!("          {line}")));
         lines
     }
 }
@@ -105,7 +113,7 @@ fn summary(all: &[Ran], mut not_run: Vec<String>) -> Result<(), Failure> {
     let mut failed = Vec::new();
     for ran in all {
         match &ran.result {
-            Ok(lines) => not_run.extend_from_slice(lines),
+            Ok(said) => not_run.extend_from_slice(&said.not_run),
             Err(message) => {
                 eprintln!("{message}");
                 failed.push(ran.name.as_str());
@@ -166,6 +174,8 @@ pub fn run(arguments: &[&str]) -> Result<(), Failure> {
 }
 
 fn all() -> Result<(), Failure> {
+    // Downloads take no time of their own beside builds. A step that installs something waits for the end.
+    thread::spawn(install_all);
     let steps = of(USUAL);
     let mut further = of(FURTHER);
     let mut not_run = Vec::new();

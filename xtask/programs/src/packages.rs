@@ -4,6 +4,48 @@ use crate::process::{cargo, has, is_root, output, run, target, works};
 use std::fs::File;
 use std::process::Command;
 
+/// What the steps of `cargo xtask test --all` install. [`install_all`] fetches them while tests are compiled; a step still
+/// installs what it misses.
+const OF_STEPS: &[&str] = &[
+    "binaryen",
+    "chromium",
+    "clang",
+    "debhelper",
+    "dpkg-dev",
+    "firefox-esr",
+    "fonts-dejavu-core",
+    "gcc-aarch64-linux-gnu",
+    "gcc-arm-linux-gnueabihf",
+    "gcc-mingw-w64-x86-64",
+    "imagemagick",
+    "libc6-dbg",
+    "libc6-dev-arm64-cross",
+    "libc6-dev-armhf-cross",
+    "linuxcnc-uspace",
+    "linuxcnc-uspace-dev",
+    "poppler-utils",
+    "python3-venv",
+    "qemu-system-arm",
+    "qemu-system-misc",
+    "qemu-user",
+    "valgrind",
+    "wine",
+    "wine64",
+    "xdotool",
+    "xfonts-base",
+    "xvfb",
+    "zopfli",
+];
+
+/// Installs what the steps of `cargo xtask test --all` need, as far as that is possible here.
+pub fn install_all() {
+    if !are_whole(OF_STEPS)
+        && let Err(cause) = install(OF_STEPS, "`test --all`")
+    {
+        eprintln!("{cause}");
+    }
+}
+
 /// Installs packages unless a program reports its version.
 ///
 /// # Errors
