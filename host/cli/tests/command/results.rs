@@ -260,13 +260,13 @@ fn the_verdict_does_not_depend_on_how_many_positions_fall_past_the_ends_of_trave
     }
     // One position in ten thousand is there.
     let shown = compile("400000");
-    let line = "  inside the ranges of the error motions, by at most 0.03";
+    let line = "  inside the ranges of the error motions, by at most 0.04";
     assert!(shown.contains(line), "{shown}");
     let verify = ["verify", &machine, &errors, &path, "--random", "400000"];
     let found = json(0, &[&verify[..], &["--json"]].concat());
     assert_eq!(found["meets_tolerance"], true);
     assert_eq!(found["partly_calibrated"], false);
-    assert!(found["inside"]["difference_um"].as_f64().unwrap() < 0.04);
+    assert!(found["inside"]["difference_um"].as_f64().unwrap() < 0.05);
     assert!(found["difference_um"].as_f64().unwrap() > 0.08);
 }
 

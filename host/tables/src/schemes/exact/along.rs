@@ -18,18 +18,6 @@ pub struct Column {
     pub output: usize,
 }
 
-impl Column {
-    /// True if they share all of their reference corrections.
-    pub(crate) fn is_sampled_with(&self, other: &Self) -> bool {
-        self.monomial == other.monomial && self.is_beside(other)
-    }
-
-    /// True if they share most of their reference corrections.
-    pub(crate) fn is_beside(&self, other: &Self) -> bool {
-        (self.component, self.node) == (other.component, other.node)
-    }
-}
-
 /// What samples along a variable contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Shows {

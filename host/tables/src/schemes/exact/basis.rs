@@ -12,15 +12,6 @@ use trueaxis_model::numbers::order;
 
 /// Singular values below this fraction of the largest are rounding; samples are accurate to 1e-10 of their values.
 pub const ROUNDING: f64 = 1e-12;
-/// The fraction of a function that must be independent of the others used with it; coefficients grow by its inverse.
-const APART: f64 = 1e-4;
-/// A column is a good pivot if its square is at least this fraction of the largest. Functions are resolved half as
-/// well by it, in exchange for reference corrections that are shared between columns.
-const GOOD_PIVOT: f64 = 0.25;
-/// Functions that leave less than this fraction of the squares that others leave are the right ones: the residual is
-/// a tenth of the size.
-const MUCH_LESS: f64 = 0.01;
-
 /// The functions of one variable. Number 0 is the constant 1, followed by products of generators, then by functions
 /// found numerically: those present with the axis' own motions off, those of its motions, and those of its motions
 /// together with another axis'.
@@ -124,7 +115,9 @@ impl Basis {
         for shows in [Shows::Turning, Shows::Moving, Shows::Joint] {
             for group in of(shows).rev() {
                 let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
-                let mut shown = telling(&group.samples, &values, choice.leave);
+                // No more than the nodes can separate.
+                let told = values.ncols().min(group.nodes.len() - 1);
+                let mut shown: Vec<usize> = (0..told).collect();
                 let found = numeric(group, &values, &shown, choice.leave);
                 let new = found.as_ref().map_or(0, |n| n.unfold.ncols());
                 shown.extend(values.ncols()..values.ncols() + new);
@@ -239,58 +232,6 @@ fn explain(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> bool {
     })
 }
 
-/// The functions (`values`, nodes × functions) in terms of which samples (nodes × columns) are expressed: all, if
-/// there are nodes to spare. Otherwise those that explain most, chosen one after the other, or only the first ones,
-/// if no others explain the samples.
-fn telling(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
-    if values.ncols() < values.nrows() {
-        return (0..values.ncols()).collect();
-    }
-    let squares = samples * samples.transpose();
-    // Sum of squares left by a set of functions.
-    let left = |functions: &[usize]| {
-        let part = values.select_columns(functions);
-        let inverse = part.clone().pseudo_inverse(ROUNDING);
-        let n = values.nrows();
-        let rest = DMatrix::identity(n, n)
-            - part * inverse.unwrap_or_else(|_| DMatrix::zeros(functions.len(), n));
-        (&rest * &squares * rest.transpose()).trace()
-    };
-    let most = most_telling(squares.clone(), values, leave);
-    let first: Vec<usize> = (0..values.nrows() - 1).collect();
-    let left_by_most = left(&most);
-    if left_by_most > leave * leave && left(&first) < MUCH_LESS * left_by_most {
-        return first;
-    }
-    most
-}
-
-/// Chooses functions that explain most of the samples, one after the other, with two nodes to spare. `left` holds
-/// the sums of products (nodes × nodes) of the samples' residual.
-fn most_telling(mut left: DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
-    let mut functions = values.clone();
-    let mut chosen = Vec::new();
-    while chosen.len() + 2 < values.nrows() && left.trace() > leave * leave {
-        let explained = (0..functions.ncols())
-            .filter(|k| {
-                // Near-sums of chosen functions explain nothing but rounding.
-                functions.column(*k).norm() > APART * values.column(*k).norm()
-            })
-            .map(|k| {
-                let f = functions.column(k).normalize();
-                (k, (f.transpose() * &left * &f)[0])
-            })
-            .max_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((best, _)) = explained else { break };
-        chosen.push(best);
-        let f = functions.column(best).normalize();
-        let rest = DMatrix::identity(f.len(), f.len()) - &f * f.transpose();
-        functions = &rest * functions;
-        left = &rest * left * &rest;
-    }
-    chosen
-}
-
 /// The functions that explain the residual of the samples after the earlier functions (`values`, nodes × functions),
 /// and the columns to compute them from; `None` if the residual is negligible. Of the earlier functions, only `from`
 /// are used.
@@ -307,7 +248,7 @@ fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> 
     all.columns_mut(used, count).copy_from(&functions);
     let inverse = all.pseudo_inverse(ROUNDING).ok()?;
     let weights = inverse.rows(used, count) * &group.samples; // functions × columns
-    let chosen = columns(&weights, &group.columns);
+    let chosen = columns(&weights);
     let part = weights.select_columns(&chosen);
     let weights = inverse.rows(0, used) * group.samples.select_columns(&chosen);
     let mut known = DMatrix::zeros(chosen.len(), before);
@@ -326,35 +267,20 @@ fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> 
     })
 }
 
-/// The columns from which functions can be computed well, given their weights (functions × columns) and where the
-/// columns come from: twice those that a pivoted factorisation picks, or others that are nearly as good and share
-/// reference corrections with columns already chosen.
-fn columns(weights: &DMatrix<f64>, from: &[Column]) -> Vec<usize> {
+/// The columns from which functions can be computed well, given their weights (functions × columns): twice those that a
+/// pivoted factorisation picks.
+fn columns(weights: &DMatrix<f64>) -> Vec<usize> {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..2 {
         let mut rest = weights.clone();
         for _ in 0..weights.nrows() {
             let norms = (0..rest.ncols()).filter(|c| !chosen.contains(c));
-            let norms: Vec<(usize, f64)> =
-                norms.map(|c| (c, rest.column(c).norm_squared())).collect();
-            let largest =
-                |norms: &[(usize, f64)]| norms.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((mut pivot, mut norm)) = largest(&norms) else {
+            let norms = norms.map(|c| (c, rest.column(c).norm_squared()));
+            let Some((pivot, norm)) = norms.max_by(|a, b| a.1.total_cmp(&b.1)) else {
                 break;
             };
             if norm <= 0.0 {
                 break;
-            }
-            let good = |(_, n): &&(usize, f64)| *n >= GOOD_PIVOT * norm;
-            let good: Vec<(usize, f64)> = norms.iter().filter(good).copied().collect();
-            for is_shared in [Column::is_sampled_with, Column::is_beside] {
-                let shared =
-                    |(c, _): &&(usize, f64)| chosen.iter().any(|k| is_shared(&from[*c], &from[*k]));
-                let shared: Vec<(usize, f64)> = good.iter().filter(shared).copied().collect();
-                if let Some(best) = largest(&shared) {
-                    (pivot, norm) = best;
-                    break;
-                }
             }
             chosen.push(pivot);
             let direction: DVector<f64> = rest.column(pivot) / norm.sqrt();

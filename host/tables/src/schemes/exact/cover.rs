@@ -5,15 +5,20 @@ use super::component::Component;
 use super::components::Split;
 use super::edit::Spare;
 use super::entries::entries;
+use super::grid::BYTES_PER_INSTRUCTION;
 use super::sampling::Sampler;
-use super::structure::{Decomposition, Entry, Function, Key, Structure, Term};
+use super::structure::{Decomposition, Entry, Function, Key, Memory, Structure, Term};
 use super::variables::Variable;
+use crate::cost;
+use crate::size::Size;
 use crate::target::Target;
 use std::collections::BinaryHeap;
+use trueaxis::Draft;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::numbers::order;
 use trueaxis_model::parallel::{self, Sort};
+use trueaxis_model::validate::Runtime;
 
 /// Share that a basis may leave out, as a fraction of that: every function is combined with many others.
 const BASIS_SHARE: f64 = 0.1;
@@ -33,6 +38,21 @@ pub enum Minimize {
     ///
     /// Products of few generators, many terms.
     Tables,
+}
+
+impl Minimize {
+    /// What it minimizes, of a draft; infinite if a blob cannot hold it.
+    pub(crate) fn cost(self, draft: &Draft) -> f64 {
+        let blob = draft.encode();
+        let Some(runtime) = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok()) else {
+            return f64::INFINITY;
+        };
+        let size = Size::of(&runtime);
+        match self {
+            Self::Cost => cost::instructions(&runtime) + size.bytes as f64 / BYTES_PER_INSTRUCTION,
+            Self::Tables => size.tables as f64,
+        }
+    }
 }
 
 /// A set of entries whose sum can become one term with one merged table.
@@ -124,8 +144,8 @@ pub struct Cover<'a> {
     fibres: Vec<(Fibre, Vec<usize>)>,
     /// All entries, the largest first.
     order: Vec<usize>,
-    /// True if small parts are removed at the end.
-    prunes: bool,
+    /// True if terms are merged further at the end.
+    folds: bool,
 }
 
 impl<'a> Cover<'a> {
@@ -162,13 +182,13 @@ impl<'a> Cover<'a> {
             bases,
             fibres,
             order: order(&keys),
-            prunes: false,
+            folds: false,
         }
     }
 
-    /// This cover, with small parts removed at the end.
-    pub(crate) fn pruned(self, prunes: bool) -> Self {
-        Self { prunes, ..self }
+    /// This cover, with terms merged further at the end.
+    pub(crate) fn folded(self, folds: bool) -> Self {
+        Self { folds, ..self }
     }
 
     /// The share at which nothing is chosen.
@@ -183,7 +203,7 @@ impl<'a> Cover<'a> {
     /// A fibre is the sum of all entries that differ in the function of only one variable; it becomes one term with
     /// one merged table. The fibre with the most significant entries is chosen first; small entries are included at
     /// no cost or left out. `capacity` limits the number of merged tables. `None` if more terms are needed than `first_most`
-    /// before small parts are removed, or `most` at the end.
+    /// before that, or `most` at the end.
     pub fn choose(
         &self,
         share: f64,
@@ -203,11 +223,10 @@ impl<'a> Cover<'a> {
                 structure.single(&entries[i], variables, bases);
             }
         }
-        if self.prunes {
+        if self.folds {
             let mut spare = Spare::new(left.squares, share);
             structure.fold(variables, bases, &mut spare);
-            structure.prune(bases, &mut spare);
-            structure.unshare(bases);
+            structure.straighten(bases, &mut spare);
         }
         (structure.terms.len() <= most).then_some(structure)
     }
@@ -299,6 +318,7 @@ impl Attempt {
             bases: &self.bases,
             tolerance,
             structure: &self.structure,
+            memory: Memory::default(),
         }
     }
 }
@@ -338,7 +358,7 @@ pub fn attempt(
 ) -> Result<Attempt, NotConverged> {
     let entries = entries(sampler, components, &bases, tolerance)?;
     let direction = matches!(sampler.kinematics.policy, Policy::Direction { .. });
-    let cover = Cover::new(&entries, &sampler.variables, &bases, minimize).pruned(direction);
+    let cover = Cover::new(&entries, &sampler.variables, &bases, minimize).folded(direction);
     let more = if direction && leaves_out {
         BEFORE_FOLDING
     } else {

@@ -95,7 +95,7 @@ fn tables(draft: &Draft, samples: &[Sample]) -> Option<Vec<Vec<f64>>> {
 }
 
 /// The change of weights that minimizes the largest residual.
-fn lawson(mut products: DMatrix<f64>, mut left: DVector<f64>) -> DVector<f64> {
+pub(super) fn lawson(mut products: DMatrix<f64>, mut left: DVector<f64>) -> DVector<f64> {
     // Scales the products so that all count the same, whatever their unit.
     let scales: Vec<f64> = products
         .column_iter()

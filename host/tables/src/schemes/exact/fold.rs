@@ -1,12 +1,10 @@
-//! From a structure to a cheaper one: merges tables that are equal to within the tolerance, or products of others.
-//!
-//! Sums of basis functions are chosen one fibre after the other. Only afterwards does it show that two of the
-//! resulting tables are multiples of each other, or that one is a product of others.
+//! From a structure to a cheaper one: adds up terms, and merges tables that are multiples of each other to within the
+//! tolerance, which shows only after all fibres have been chosen.
 
 use super::basis::Basis;
 use super::edit::{Edit, Spare, Uses, peak_with};
 use super::structure::{Function, Merged, Structure};
-use super::variables::{Generator, Variable};
+use super::variables::Variable;
 
 /// A function of one variable, by its values at the nodes.
 pub struct Curve {
@@ -44,13 +42,13 @@ impl Curve {
     }
 }
 
-/// A multiple of a product of tables of one variable, in place of a merged table.
+/// A multiple of another merged table of the same variable, in place of one.
 struct Replacement<'a> {
     variable: usize,
     /// The merged table, and the places and peaks of the terms that use it.
     gone: usize,
     users: &'a [(usize, f64)],
-    factors: &'a [(usize, Function)],
+    kept: usize,
     weight: f64,
     /// The residual, as a part of the merged table's peak.
     part: f64,
@@ -63,8 +61,8 @@ type Multiple = Option<(f64, f64)>;
 type Users = Vec<Vec<(usize, f64)>>;
 
 impl Structure {
-    /// Adds up terms of an output that differ along only one variable, and replaces tables by multiples or products
-    /// of others, as long as that is cheaper and fits into the spare tolerance.
+    /// Adds up terms of an output that differ along only one variable, and replaces tables by multiples of others,
+    /// as long as that is cheaper and fits into the spare tolerance.
     pub fn fold(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) {
         self.add_up(variables, bases, spare);
         // The terms change from now on, the merged tables do not.
@@ -72,7 +70,6 @@ impl Structure {
         let curves: Vec<Curve> = self.merged.iter().map(at_nodes).map(Curve::new).collect();
         let mut multiples = vec![None; curves.len() * curves.len()];
         while self.share_once(variables, bases, (&curves, &mut multiples), spare) {}
-        while self.split_once(variables, bases, &curves, spare) {}
     }
 
     /// Replaces a merged table by a multiple of another one, choosing the smallest change. `multiples` keeps how well
@@ -100,7 +97,7 @@ impl Structure {
                     variable: v,
                     gone,
                     users: &users[gone],
-                    factors: &[(v, Function::Merged(kept))],
+                    kept,
                     weight,
                     part: rest / curves[gone].peak,
                 };
@@ -108,68 +105,6 @@ impl Structure {
             }
         }
         self.settle(best, spare)
-    }
-
-    /// Replaces a merged table by the product of a generator and another table, choosing the smallest change.
-    fn split_once(
-        &mut self,
-        variables: &[Variable],
-        bases: &[Basis],
-        curves: &[Curve],
-        spare: &mut Spare,
-    ) -> bool {
-        let tables = self.tables();
-        let users = self.users(bases, curves);
-        let (uses, mut best) = (Uses::new(self), None);
-        for of_one in tables.chunk_by(|a, b| a.0 == b.0) {
-            let products = self.products_with(of_one, bases);
-            for &(v, whole) in of_one {
-                let Function::Merged(gone) = whole else {
-                    continue;
-                };
-                for (factors, curve) in products.iter().filter(|(f, _)| f[1] != (v, whole)) {
-                    let (weight, rest) = curve.nearest(&curves[gone]);
-                    let replacement = Replacement {
-                        variable: v,
-                        gone,
-                        users: &users[gone],
-                        factors,
-                        weight,
-                        part: rest / curves[gone].peak,
-                    };
-                    self.consider(&mut best, &replacement, variables, &uses, spare);
-                }
-            }
-        }
-        self.settle(best, spare)
-    }
-
-    /// The products of a sine or cosine and another table, both among these of one variable.
-    fn products_with(
-        &self,
-        tables: &[(usize, Function)],
-        bases: &[Basis],
-    ) -> Vec<([(usize, Function); 2], Curve)> {
-        let mut products = Vec::new();
-        for (k, product) in bases[tables[0].0].products.iter().enumerate() {
-            let &[Generator::Sine | Generator::Cosine] = product.as_slice() else {
-                continue;
-            };
-            let generator = (tables[0].0, Function::Generator(product[0]));
-            if !tables.contains(&generator) {
-                continue;
-            }
-            let basis = &bases[generator.0];
-            let by = basis.at_nodes(&unit(k, basis.len()));
-            for &(v, kept) in tables {
-                if let Some(coefficients) = self.coefficients(kept, basis) {
-                    let other = basis.at_nodes(&coefficients);
-                    let values = other.iter().zip(&by).map(|(a, by)| a * by).collect();
-                    products.push(([generator, (v, kept)], Curve::new(values)));
-                }
-            }
-        }
-        products
     }
 
     /// Replaces a merged table. Keeps the edit if it is cheaper, fits into the spare tolerance and changes less than the
@@ -194,13 +129,11 @@ impl Structure {
             for factor in std::mem::take(&mut term.factors) {
                 if factor == table {
                     term.weight *= with.weight;
-                    term.factors.extend(with.factors);
+                    term.factors
+                        .push((with.variable, Function::Merged(with.kept)));
                 } else {
                     term.factors.push(factor);
                 }
-            }
-            if term.factors.len() > trueaxis::FACTORS {
-                return;
             }
             terms.push((place, Some(term)));
         }

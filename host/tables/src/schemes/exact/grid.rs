@@ -7,7 +7,7 @@ use trueaxis::SampleFormat;
 
 /// Bytes of samples that cost as much as one instruction: a slot of 256 kB for at most 4000 instructions, which a
 /// controller can spend in a tenth of a 4 kHz period.
-const BYTES_PER_INSTRUCTION: f64 = 64.0;
+pub const BYTES_PER_INSTRUCTION: f64 = 64.0;
 /// A kink counts as on a point if it is off by less than this fraction of a step; the resulting error is an equally
 /// small fraction of that permitted for interpolation.
 pub const GRID_SLACK: f64 = 1e-3;

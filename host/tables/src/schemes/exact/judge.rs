@@ -7,7 +7,7 @@ use crate::schemes::SchemeError;
 use crate::size::Size;
 use crate::target::Target;
 use trueaxis::Draft;
-use trueaxis_model::kinematics::NotConverged;
+use trueaxis_model::kinematics::{Jacobian, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 use trueaxis_model::numbers::order;
 use trueaxis_model::parallel;
@@ -102,9 +102,9 @@ impl<'a> Judge<'a> {
         &self.tolerance.axes
     }
 
-    /// True if the tip and the tool direction are measured.
-    pub(crate) fn is_of_tool(&self) -> bool {
-        self.tolerance.is_of_tool()
+    /// A deviation (mm, rad, one per axis) in units of the tolerance.
+    pub fn share(&self, deviation: &PerAxis, jacobian: &Jacobian) -> f64 {
+        self.tolerance.share(deviation, jacobian)
     }
 
     /// Measures a draft; `None` if a blob or the target cannot hold it.

@@ -8,6 +8,7 @@ use super::variables::{Kind, Variable};
 use crate::schemes::Options;
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
+use std::sync::PoisonError;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 
@@ -136,7 +137,24 @@ impl Decomposition<'_> {
     /// Largest error in each output of linear interpolation between the values of a variable's tables on a grid, in
     /// units of the tolerance. Measured table by table in the middle of every interval and at every kink between
     /// points, with the other factors at their peaks.
-    pub(crate) fn interpolation_error(
+    fn interpolation_error(
+        &self,
+        v: usize,
+        functions: &[Function],
+        grid: &Grid,
+    ) -> Result<f64, NotConverged> {
+        let key = (v, grid.start.to_bits(), grid.step.to_bits());
+        let memory = || self.memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = memory().get(&key).copied();
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let error = self.measured_error(v, functions, grid)?;
+        memory().insert(key, error);
+        Ok(error)
+    }
+
+    fn measured_error(
         &self,
         v: usize,
         functions: &[Function],

@@ -6,7 +6,7 @@ use super::variables::{Kind, Variable, VariableValues};
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use trueaxis_model::errors::{Situation, Switches};
-use trueaxis_model::kinematics::{Kinematics, NotConverged};
+use trueaxis_model::kinematics::{Jacobian, Kinematics, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 use trueaxis_model::parallel;
 
@@ -113,6 +113,20 @@ impl Sampler<'_> {
             .kinematics
             .correction_within(&q, &situation, &switches, STEP)?
             .dq)
+    }
+
+    /// Effect of the axes on the tool at a place.
+    pub fn jacobian(&self, place: &VariableValues) -> Jacobian {
+        let mut q = PerAxis::default();
+        let mut length = None;
+        for (x, variable) in place.iter().zip(&self.variables) {
+            match variable.kind {
+                Kind::Affine(i) | Kind::Bending(i) | Kind::Rotary(i) => q[i] = *x,
+                Kind::Length => length = Some(*x),
+                Kind::Kelvin(_) | Kind::Sign(_) => {}
+            }
+        }
+        self.kinematics.jacobian(&q, length)
     }
 
     /// True if the correction itself carries an axis across an end of its calibrated range. The motion bends at the

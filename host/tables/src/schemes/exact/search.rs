@@ -1,30 +1,33 @@
 //! Search for the best draft: structures first, then points, each measured.
 
-use super::budget::{Budget, GOOD, LITTLE_LESS, TOOL_SHARE};
+use super::budget::{Budget, GOOD, Seen};
 use super::candidate::{Candidate, Effort, HARMLESS, confirm};
 use super::components::{Joint, Split};
 use super::cover::{self, Attempt, Minimize, attempt};
-use super::judge::Judge;
+use super::judge::{Judge, Verdict};
 use super::points::{PeakTables, STUCK};
 use super::sampling::Sampler;
+use super::structure::Decomposition;
 use super::trials::Trials;
 use super::{components, draft, points};
 use crate::schemes::{Options, SchemeError};
-use trueaxis_model::kinematics::NotConverged;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use trueaxis::Draft;
+use trueaxis_model::kinematics::{Jacobian, NotConverged};
 use trueaxis_model::machine::PerAxis;
 
 /// Share of the tolerance that a structure may leave out at first, in each output (twice the root of the sum of
-/// squares, because peaks rarely coincide).
-const FIRST_SHARE: f64 = 0.25;
-/// [`FIRST_SHARE`] if the tip and the direction are measured, where deviations of related axes partly cancel.
-const FIRST_TOOL_SHARE: f64 = 1.1;
+/// squares, because peaks rarely coincide): more than the tolerance, because the parts rarely add up either.
+const MOST_SHARE: f64 = 1.5;
+/// Smaller shares are not tried: more tables then change nothing that is measured.
+const LEAST_SHARE: f64 = 0.02;
+/// The error at which the next structure aims, in units of the tolerance; the rest is left to interpolation.
+const AIM: f64 = 0.65;
+/// The smallest and the largest factor from a share to the next one.
+const STEP: [f64; 2] = [0.3, 0.7];
 /// An error of more than this many times what was left out has another cause: joint effects.
 const CUT: f64 = 2.0;
-/// Shares tried if the first one is not enough, with joint effects of motions included. These cost many tables, so no
-/// more of them than needed.
-const SHARES: [f64; 8] = [1.5, 1.0, 0.85, 0.7, 0.4, 0.25, 0.12, 0.06];
-/// Interpolation may use at least this share of the tolerance, and this fraction of what the structure leaves.
-const LEAST_POINT_SHARE: f64 = 0.4;
 /// If the tolerance is missed, drafts for these fractions of it are tried: more tables and less left out, although
 /// the trials did not require it.
 const FINER: [f64; 2] = [0.3, 0.1];
@@ -38,8 +41,8 @@ const MOST_WORK: usize = 600_000;
 /// If a structure leaves more tolerances than this, nothing but joint effects can help: no fit has more than halved an
 /// error. If it leaves that because the target is full, the tolerance is out of reach.
 const MOST_FITTED: f64 = 2.0;
-/// [`MOST_FITTED`] before the structure for a tolerance is known, from the error that a finer one leaves. Functions
-/// chosen for a coarser tolerance may halve it.
+/// [`MOST_FITTED`] before the weights of a structure are fitted, and before the structure for a tolerance is known, from the
+/// error that a finer one leaves: functions chosen for a coarser tolerance may halve it.
 pub const FAR_OUT_OF_REACH: f64 = 2.0 * MOST_FITTED;
 /// A draft that leaves more tolerances than this at the worst positions found also misses the tolerance at random
 /// ones: there the largest error is 0.82 to 0.88 of it.
@@ -84,6 +87,42 @@ struct Tried {
     pairs: bool,
 }
 
+impl Tried {
+    /// Its terms and its tables.
+    fn size(&self) -> [usize; 2] {
+        let structure = &self.attempt.structure;
+        [structure.terms.len(), structure.count()]
+    }
+}
+
+/// How far the search of a structure has come.
+struct Walk {
+    /// Share of the tolerance that the next structure may leave out.
+    share: f64,
+    /// True if it includes joint effects of motion pairs.
+    pairs: bool,
+    /// The error of the structure before.
+    before: f64,
+    /// Terms and tables of the last structure that was given points.
+    finished: Option<[usize; 2]>,
+    /// True once a draft was good.
+    is_good: bool,
+}
+
+impl Walk {
+    const START: Self = Self {
+        share: MOST_SHARE,
+        pairs: false,
+        before: f64::INFINITY,
+        finished: None,
+        is_good: false,
+    };
+    const WITH_PAIRS: Self = Self {
+        pairs: true,
+        ..Self::START
+    };
+}
+
 /// State of the search.
 pub struct Search<'a> {
     minimize: Minimize,
@@ -95,7 +134,7 @@ pub struct Search<'a> {
     first: Option<Tried>,
     /// Number of joint effects, once these have been searched, and the correction split with them.
     pairs: Option<usize>,
-    with_pairs: Option<Split>,
+    with_pairs: Option<Arc<Split>>,
     /// True if the requested tolerance needs more than the target holds.
     pub is_full: bool,
     /// The best candidate so far.
@@ -125,14 +164,6 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The share of the tolerance that a structure may leave out at first.
-    fn first_share(&self) -> f64 {
-        match self.judge.is_of_tool() {
-            true => FIRST_TOOL_SHARE,
-            false => FIRST_SHARE,
-        }
-    }
-
     /// False if the effort only allows for a result that meets the tolerance, or nearly does, and the best one does not.
     pub fn is_good_enough(&self) -> bool {
         let best = self.best.as_ref();
@@ -150,7 +181,7 @@ impl<'a> Search<'a> {
         if self.effort == Effort::Best {
             return Ok(true);
         }
-        let first = self.attempt(tolerance, self.first_share(), false)?;
+        let first = self.attempt(tolerance, MOST_SHARE, false)?;
         self.is_full |= first.attempt.is_full;
         self.first = Some(first);
         Ok(match (self.left_by_target(), self.effort) {
@@ -165,94 +196,54 @@ impl<'a> Search<'a> {
         first.map(|first| first.error.min(first.attempt.left_out))
     }
 
-    /// Searches a draft that meets a tolerance; true if one was found.
+    /// Searches a draft that meets a tolerance; true if one was found. Structures leave out less and less. Those that
+    /// leave little enough get points, until the result is good and the next structure is dearer.
     pub fn run(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
-        // Start with a generous share. If that is not enough, include effects of motion pairs, then reduce the share
-        // step by step.
-        let share = self.first_share();
-        let first = match self.first.take() {
-            Some(first) => first,
-            None => self.attempt(tolerance, share, false)?,
-        };
-        self.is_full |= first.attempt.is_full;
-        // Joint effects do not help if most of the error was left out for lack of capacity.
-        let hopeless = first.error > MOST_FITTED;
-        let other = first.error > CUT * first.attempt.left_out;
-        let is_left_to_joint = other && self.effort == Effort::IfItFits;
-        if hopeless && is_left_to_joint {
-            return Ok(false);
+        let mut walk = Walk::START;
+        loop {
+            let next = match self.first.take() {
+                Some(first) => first,
+                None => self.attempt(tolerance, walk.share, walk.pairs)?,
+            };
+            let is_full = next.attempt.is_full;
+            if is_full && walk.is_good {
+                break;
+            }
+            self.is_full |= is_full;
+            // It has another cause than what was left out.
+            let is_other = next.error > GOOD.max(CUT * next.attempt.left_out);
+            if is_other && self.effort == Effort::IfItFits {
+                break;
+            }
+            let is_stuck = is_other && next.error > STUCK * walk.before;
+            let is_last = is_full || is_stuck || walk.share < LEAST_SHARE;
+            let size = next.size();
+            if (is_last || next.error <= GOOD) && walk.finished != Some(size) {
+                walk.finished = Some(size);
+                let is_better = self.finish(tolerance, &next, false)?
+                    || self.is_measured() && self.finish(tolerance, &next, true)?;
+                if walk.is_good && !is_better {
+                    break;
+                }
+                walk.is_good |= is_better;
+            }
+            if is_other && !walk.pairs && !walk.is_good && self.joint(tolerance)? > 0 {
+                walk = Walk::WITH_PAIRS;
+                continue;
+            }
+            if is_last {
+                break;
+            }
+            walk.before = next.error;
+            walk.share *= (AIM / next.error).clamp(STEP[0], STEP[1]);
         }
-        let joint = |search: &mut Self| -> Result<bool, SchemeError> {
-            Ok(other && search.joint(tolerance)? > 0)
-        };
-        if hopeless && first.attempt.is_full && joint(self)? {
-            let second = self.attempt(tolerance, FIRST_SHARE, true)?;
-            return Ok(
-                self.finish(tolerance, &second, true)? || self.finish(tolerance, &first, true)?
-            );
-        }
-        if !(hopeless && joint(self)?)
-            && (self.finish(tolerance, &first, false)?
-                || self.is_measured() && self.finish(tolerance, &first, true)?)
-        {
-            return Ok(true);
-        }
-        if first.attempt.is_full || is_left_to_joint {
-            return Ok(false);
-        }
-        let pairs = joint(self)?;
-        self.closer(tolerance, pairs)
-    }
-
-    /// The initial share of the tolerance for interpolation, after a structure that leaves an error of `error`.
-    /// Finer points than the remainder needs would be wasted.
-    fn first_point_share(&self, error: f64) -> f64 {
-        let share = (GOOD - error)
-            .max(LEAST_POINT_SHARE)
-            .max(LEAST_POINT_SHARE * error);
-        match self.adapts() {
-            true => TOOL_SHARE * share,
-            false => share,
-        }
-    }
-
-    /// True if the share of interpolation follows the measurements.
-    fn adapts(&self) -> bool {
-        self.judge.is_of_tool() && self.options.points.is_none()
+        Ok(walk.is_good)
     }
 
     /// True if motions were measured somewhere; otherwise there are no measured points to go between.
     fn is_measured(&self) -> bool {
         let mut variables = self.sampled.sampler.variables.iter();
         variables.any(|v| v.kinks.len() > v.ends.len())
-    }
-
-    /// Reduces the share as long as that helps; true if the tolerance is met.
-    fn closer(&mut self, tolerance: &PerAxis, pairs: bool) -> Result<bool, SchemeError> {
-        // Joint effects are new; otherwise only smaller shares than the first one can help.
-        let most = match pairs {
-            true => f64::INFINITY,
-            false => LITTLE_LESS * self.first_share(),
-        };
-        let mut last: Option<Tried> = None;
-        for share in SHARES.into_iter().filter(|share| *share < most) {
-            let next = self.attempt(tolerance, share, pairs)?;
-            if self.finish(tolerance, &next, false)? {
-                return Ok(true);
-            }
-            // What remains has another cause than what was left out.
-            let before = last.map_or(f64::INFINITY, |last| last.error);
-            let is_stuck = next.error > CUT * share && next.error > STUCK * before;
-            let is_full = next.attempt.is_full;
-            last = Some(next);
-            if is_full || is_stuck {
-                break;
-            }
-        }
-        match last {
-            Some(last) if self.is_measured() => self.finish(tolerance, &last, true),
-            _ => Ok(false),
-        }
     }
 
     /// True if the error of the best candidate is explained by what was left out for lack of capacity.
@@ -299,7 +290,7 @@ impl<'a> Search<'a> {
             |best: &Option<Candidate>| best.as_ref().map_or(f64::INFINITY, |b| b.verdict.error);
         let reached = error(&self.best);
         // Begin where a structure may leave out even the largest correction: coarser tolerances need no tables either.
-        let needs_none = 2.0 * self.sampled.trials.largest(tolerance) / self.first_share();
+        let needs_none = 2.0 * self.sampled.trials.largest(tolerance) / MOST_SHARE;
         let count = COARSER.partition_point(|f| *f < needs_none) + 1;
         let wanted = COARSER.into_iter().take(count).rev();
         for factor in wanted.filter(|f| *f < 4.0 * reached) {
@@ -335,7 +326,7 @@ impl<'a> Search<'a> {
                     ..
                 } = self.sampled;
                 let all = first.components.iter().cloned().chain(joint).collect();
-                self.with_pairs = Some(Split::new(sampler, all, *finest));
+                self.with_pairs = Some(Arc::new(Split::new(sampler, all, *finest)));
             }
         }
         Ok(self.pairs.unwrap_or(0))
@@ -347,16 +338,27 @@ impl<'a> Search<'a> {
         let Sampled {
             sampler, trials, ..
         } = self.sampled;
-        let with = self.with_pairs.as_ref().filter(|_| pairs);
+        let with = self.with_pairs.as_deref().filter(|_| pairs);
         let split = with.unwrap_or(&self.sampled.first);
         let components = &split.components;
         let bases = cover::bases(sampler, split, tolerance, self.minimize, share)?;
         let target = (self.minimize, &self.options.target);
         let leaves_out = self.effort != Effort::IfItFits;
-        let attempt = attempt(
+        let mut attempt = attempt(
             sampler, components, bases, tolerance, target, share, leaves_out,
         )?;
-        let error = trials.error(&attempt.found(sampler, components, tolerance))?;
+        let factor = tolerance[0] / self.judge.tolerance()[0];
+        let found = attempt.found(sampler, components, tolerance);
+        let mut left = trials.left(&found)?;
+        let share_of = |d: &PerAxis, j: &Jacobian| self.judge.share(d, j) / factor;
+        let mut error = trials.error(&left, tolerance, share_of);
+        if error > GOOD && error <= FAR_OUT_OF_REACH {
+            let structure = left.fitted(&attempt.structure);
+            let fitted = trials.error(&left, tolerance, share_of);
+            if fitted < error {
+                (error, attempt.structure) = (fitted, structure);
+            }
+        }
         Ok(Tried {
             attempt,
             error,
@@ -364,8 +366,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Gives the tables of an attempt points, and adds points until the draft is good; true if it is. Points go
-    /// between measured positions of motions only if `finer`.
+    /// Gives the tables of an attempt as few points as are enough; true if the draft is good, and cheaper than the best one.
+    /// Points go between measured positions of motions only if `finer`.
     fn finish(
         &mut self,
         tolerance: &PerAxis,
@@ -376,67 +378,115 @@ impl<'a> Search<'a> {
         if attempt.structure.count() > usize::from(u8::MAX) {
             return Ok(false);
         }
-        let with = self.with_pairs.as_ref().filter(|_| tried.pairs);
-        let components = &with.unwrap_or(&self.sampled.first).components;
-        let found = attempt.found(&self.sampled.sampler, components, tolerance);
-        let seen = &PeakTables::all(&found)?;
+        let sampled = self.sampled;
+        let with = self.with_pairs.clone().filter(|_| tried.pairs);
+        let components = &with.as_deref().unwrap_or(&sampled.first).components;
+        let found = &attempt.found(&sampled.sampler, components, tolerance);
         // Tolerances differ by a common factor. A draft for a finer tolerance is meant to meet the requested one.
         let factor = tolerance[0] / self.judge.tolerance()[0];
-        let wanted = factor.max(1.0);
-        let target = &self.options.target;
-        let adapts = self.adapts();
-        let mut budget = Budget::new(self.first_point_share(tried.error), wanted, adapts);
-        while budget.goes_on() {
-            let grids = points::grids(&found, seen, self.options, budget.share, finer)?;
-            let draft = draft::draft(&found, &grids, seen, self.options)?;
-            let measured = match budget.most_error() {
-                Some(most) => self.judge.measure_first(&draft, target, most),
-                None => self.judge.measure(&draft, target),
-            };
-            let Some(mut verdict) = measured else {
-                self.is_full |= !budget.is_coarsening();
-                if budget.after_unusable() {
-                    continue;
-                }
-                return Ok(false);
-            };
-            if verdict.harm <= HARMLESS && budget.takes_more(verdict.error) {
-                continue;
-            }
-            let is_good = verdict.error <= GOOD * wanted
-                && confirm(
-                    &mut self.judge,
-                    self.best.as_mut(),
-                    &draft,
-                    &mut verdict,
-                    wanted,
-                    target,
-                )?;
-            let is_better = match &self.best {
-                // Between tables with more and with fewer points, the first good one wins, not the most accurate.
-                Some(best) if adapts && is_good => best.verdict.error > GOOD * wanted,
-                Some(best) => verdict.error < best.verdict.error,
-                None => true,
-            };
-            if verdict.harm <= HARMLESS && is_better {
-                self.best = Some(Candidate {
-                    draft,
-                    verdict,
-                    structure_error: tried.error * factor,
-                    pairs: self.pairs.filter(|_| tried.pairs).unwrap_or(0),
-                    factor,
-                    is_fitted: false,
-                    is_full: attempt.is_full,
-                    left_out: attempt.left_out * factor,
+        let pairs = self.pairs.filter(|_| tried.pairs).unwrap_or(0);
+        let mut points = Points {
+            found,
+            peaks: PeakTables::all(found)?,
+            finer,
+            most: GOOD * factor.max(1.0),
+            budget: Budget::new(tried.error),
+            own: f64::INFINITY,
+        };
+        let candidate = |draft, verdict| Candidate {
+            draft,
+            verdict,
+            structure_error: tried.error * factor,
+            pairs,
+            factor,
+            is_fitted: false,
+            is_full: attempt.is_full,
+            left_out: attempt.left_out * factor,
+        };
+        let (most, target) = (points.most, &self.options.target);
+        while let Some((draft, mut verdict)) = self.fewest(&mut points, candidate)? {
+            let best = self.best.as_mut();
+            if confirm(&mut self.judge, best, &draft, &mut verdict, most, target)? {
+                let next = candidate(draft, verdict);
+                let is_better = self.best.as_ref().is_none_or(|best| {
+                    best.verdict.error > most
+                        || self.minimize.cost(&next.draft) < self.minimize.cost(&best.draft)
                 });
+                if is_better {
+                    self.best = Some(next);
+                }
+                return Ok(is_better);
             }
-            if is_good {
-                return Ok(verdict.harm <= HARMLESS);
-            }
-            if !budget.after_bad(verdict.error, self.options.points.is_some()) {
+            if !points.budget.next(Seen::Refused) {
                 break;
             }
         }
         Ok(false)
+    }
+
+    /// The good draft with fewest points. If there is none, the best candidate may be the one that leaves least.
+    fn fewest(
+        &mut self,
+        points: &mut Points<'_>,
+        candidate: impl Fn(Draft, Verdict) -> Candidate,
+    ) -> Result<Option<(Draft, Verdict)>, SchemeError> {
+        let mut good: Option<(Draft, Verdict)> = None;
+        loop {
+            let draft = points.draft(self.options)?;
+            let early = match good {
+                Some(_) => points.most,
+                None => f64::INFINITY,
+            };
+            let target = &self.options.target;
+            let seen = match self.judge.measure_first(&draft, target, early) {
+                None if good.is_some() => Seen::Bad(f64::INFINITY),
+                None => {
+                    self.is_full = true;
+                    Seen::TooLarge
+                }
+                Some(verdict) if verdict.error <= points.most && verdict.harm <= HARMLESS => {
+                    good = Some((draft, verdict));
+                    Seen::Good
+                }
+                Some(verdict) => {
+                    // More points must be worth their bytes.
+                    let best = self.best.as_ref();
+                    let best = best.map_or(f64::INFINITY, |b| b.verdict.error);
+                    if verdict.harm <= HARMLESS && verdict.error < best.min(STUCK * points.own) {
+                        self.best = Some(candidate(draft, verdict));
+                    }
+                    points.own = points.own.min(verdict.error);
+                    Seen::Bad(verdict.error)
+                }
+            };
+            if !points.budget.next(seen) {
+                return Ok(good);
+            }
+        }
+    }
+}
+
+/// A structure whose tables get points.
+struct Points<'a> {
+    found: &'a Decomposition<'a>,
+    peaks: BTreeMap<usize, PeakTables>,
+    /// True if points may go between measured positions of motions.
+    finer: bool,
+    /// A draft is good if it leaves no more than this, in units of the requested tolerance.
+    most: f64,
+    budget: Budget,
+    /// The least that a draft leaves that is not good.
+    own: f64,
+}
+
+impl Points<'_> {
+    /// The draft with the number of points that the budget wants.
+    fn draft(&mut self, options: &Options) -> Result<Draft, NotConverged> {
+        let Self { found, peaks, .. } = self;
+        let grids = points::grids(found, peaks, options, self.budget.share, self.finer)?;
+        if options.points.is_some() || grids.is_empty() {
+            self.budget.ends();
+        }
+        draft::draft(found, &grids, peaks, options)
     }
 }

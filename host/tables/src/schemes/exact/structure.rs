@@ -5,7 +5,8 @@ use super::component::Component;
 use super::sampling::Sampler;
 use super::variables::{Generator, Kind, MAX_VARIABLES, Variable};
 use nalgebra::DMatrix;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
+use std::sync::Mutex;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::{Machine, PerAxis};
 
@@ -192,16 +193,6 @@ impl Structure {
         tables.dedup();
         tables
     }
-
-    /// Evaluates the terms with given function values for each variable.
-    pub fn evaluate(&self, values: &HashMap<(usize, Function), f64>, outputs: usize) -> Vec<f64> {
-        let mut sums = vec![0.0; outputs];
-        for term in &self.terms {
-            let product: f64 = term.factors.iter().map(|f| values[f]).product();
-            sums[term.output] += term.weight * product;
-        }
-        sums
-    }
 }
 
 /// Everything that is known about a correction.
@@ -211,7 +202,12 @@ pub struct Decomposition<'a> {
     pub bases: &'a [Basis],
     pub tolerance: &'a PerAxis,
     pub structure: &'a Structure,
+    /// Errors of grids, each measured once: drafts with more and with fewer points look at many of the same.
+    pub memory: Memory,
 }
+
+/// The error of linear interpolation between a variable's tables on a grid: by the variable, and the bits of the grid's start and step.
+pub type Memory = Mutex<BTreeMap<(usize, u64, u64), f64>>;
 
 /// Values of one variable's tables at some positions.
 pub struct Sampled {
@@ -359,20 +355,4 @@ pub fn input(machine: &Machine, variables: &[Variable], v: usize) -> (u8, f64) {
         Kind::Length => (axes as u8, 1.0),
         Kind::Kelvin(k) => ((axes + with_length + k) as u8, 1.0),
     }
-}
-
-/// The values of all tables at one place, in f64.
-pub(crate) fn values_at(
-    sampled: &BTreeMap<usize, Sampled>,
-    row: usize,
-) -> HashMap<(usize, Function), f64> {
-    sampled
-        .iter()
-        .flat_map(|(v, s)| {
-            s.functions
-                .iter()
-                .enumerate()
-                .map(move |(k, f)| ((*v, *f), s.values[(row, k)]))
-        })
-        .collect()
 }

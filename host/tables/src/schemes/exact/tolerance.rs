@@ -42,12 +42,6 @@ impl Tolerance {
         }
     }
 
-    /// True if the tip and the tool direction are measured. There, deviations of related axes cancel, so tables need
-    /// far fewer points than each axis alone would.
-    pub(crate) fn is_of_tool(&self) -> bool {
-        self.tool.is_some()
-    }
-
     /// A deviation (mm, rad, one per axis) in units of the tolerance; `jacobian` is that of the position.
     pub fn share(&self, deviation: &PerAxis, jacobian: &Jacobian) -> f64 {
         let Some([tip, direction]) = self.tool else {

@@ -56,24 +56,6 @@ fn numerical_functions_span_the_correction_between_their_nodes() {
 }
 
 #[test]
-fn few_nodes_tell_the_functions_that_samples_are_made_of() {
-    let at = |i: usize| i as f64 / 4.0 - 1.0;
-    // Nine nodes, twelve powers; the samples contain the third and the ninth power, mostly the third.
-    let values = DMatrix::from_fn(9, 12, |i, k| at(i).powi(k as i32));
-    let samples = DMatrix::from_fn(9, 20, |i, k| {
-        at(i).powi(3) + 1e-3 * k as f64 * at(i).powi(9)
-    });
-    let told = telling(&samples, &values, 1e-9);
-    assert_eq!(told[0], 3);
-    assert!(told.len() <= 7);
-    let (rest, _) = residual(&samples, &values.select_columns(&told)).unwrap();
-    assert!(rest.amax() < 1e-4, "{}", rest.amax());
-    // With nodes to spare, every function is used.
-    let few = values.columns(0, 8).into_owned();
-    assert_eq!(telling(&samples, &few, 1e-9).len(), 8);
-}
-
-#[test]
 fn functions_explain_samples_of_which_they_leave_little() {
     let at = |i: usize| i as f64 / 4.0 - 1.0;
     let values = DMatrix::from_fn(9, 3, |i, k| at(i).powi(k as i32));

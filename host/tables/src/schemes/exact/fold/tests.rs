@@ -1,6 +1,6 @@
 use super::super::specimen::{errors, with_rotary};
 use super::super::structure::Term;
-use super::super::variables::variables;
+use super::super::variables::{Generator, variables};
 use super::*;
 use trueaxis::FACTORS;
 use trueaxis_model::kinematics::Kinematics;
@@ -159,29 +159,4 @@ fn a_sum_that_is_a_product_of_too_many_tables_is_not_made() {
         assert!(structure.terms.iter().all(|t| t.factors.len() <= FACTORS));
         assert!(change < 1e-9, "{change}");
     }
-}
-
-#[test]
-fn a_table_that_is_a_product_of_two_others_goes() {
-    use Generator::{Cosine, Sine};
-    let (_, bases) = specimen();
-    let mut coefficients = [0; 2].map(|_| vec![0.0; bases[C].len()]);
-    let [single, double] = &mut coefficients;
-    for (product, c) in [(vec![Sine], 0.7), (vec![Cosine], -0.4)] {
-        single[number_of(&bases[C], &product)] = c;
-    }
-    for (product, c) in [(vec![Sine, Cosine], 1.4), (vec![Cosine; 2], -0.8)] {
-        double[number_of(&bases[C], &product)] = c;
-    }
-    let [single, double] = coefficients;
-    let mut made = Made::default();
-    let single = made.table(C, single);
-    let double = made.table(C, double);
-    made.term(0, 1.0, &[double, ALONG_X]);
-    made.term(1, 1.0, &[single]);
-    made.term(1, 1.0, &[(C, Function::Generator(Cosine)), ALONG_X]);
-    let (structure, change) = folded(&made, 1e-6, [X, C]);
-    assert_eq!((structure.terms.len(), structure.count()), (3, 3));
-    assert_eq!(structure.terms[0].factors.len(), 3);
-    assert!(change < 1e-12, "{change}");
 }
