@@ -9,8 +9,8 @@ const FIRST: f64 = 0.5;
 const MORE: f64 = 4.0;
 const LESS: f64 = 0.5;
 /// The bisection ends when the smallest share that was too large is at most this many times the largest one that was
-/// not: cubic interpolation, with an error of the fourth power of the step, then takes a tenth fewer points.
-const CLOSE: f64 = 1.5;
+/// not: linear interpolation, with an error of the square of the step, then takes a tenth fewer points.
+const CLOSE: f64 = 1.2;
 /// Maximum number of drafts of a structure.
 const DRAFTS: usize = 12;
 
@@ -131,7 +131,7 @@ mod tests {
             let (shares, found) = tried(good, 0.0);
             let found = found.unwrap();
             assert!(found <= good && good < CLOSE * found, "{good}: {shares:?}");
-            assert!(shares.len() <= 8, "{good}: {shares:?}");
+            assert!(shares.len() <= DRAFTS, "{good}: {shares:?}");
         }
     }
 

@@ -227,6 +227,7 @@ impl<'a> Cover<'a> {
             let mut spare = Spare::new(left.squares, share);
             structure.fold(variables, bases, &mut spare);
             structure.straighten(bases, &mut spare);
+            structure.unshare(bases);
         }
         (structure.terms.len() <= most).then_some(structure)
     }

@@ -18,7 +18,7 @@ use trueaxis_model::kinematics::{Jacobian, NotConverged};
 use trueaxis_model::machine::PerAxis;
 
 /// Share of the tolerance that a structure may leave out at first, in each output (twice the root of the sum of
-/// squares, because peaks rarely coincide): more than the tolerance, because the parts rarely add up either.
+/// squares, because peaks rarely coincide): more than the tolerance, because fitted weights make up for a part of it.
 const MOST_SHARE: f64 = 1.5;
 /// Smaller shares are not tried: more tables then change nothing that is measured.
 const LEAST_SHARE: f64 = 0.02;
@@ -38,11 +38,11 @@ const COARSER: [f64; 16] = [
 /// Most nodes of joint effects, each counted once for every subset of its switches: half a minute on one core. Weaker
 /// effects are left out.
 const MOST_WORK: usize = 600_000;
-/// If a structure leaves more tolerances than this, nothing but joint effects can help: no fit has more than halved an
-/// error. If it leaves that because the target is full, the tolerance is out of reach.
+/// If a structure leaves more tolerances than this because the target is full, the tolerance is out of reach: where weights
+/// were fitted before, fitting those of its tables has at most halved an error.
 const MOST_FITTED: f64 = 2.0;
-/// [`MOST_FITTED`] before the weights of a structure are fitted, and before the structure for a tolerance is known, from the
-/// error that a finer one leaves: functions chosen for a coarser tolerance may halve it.
+/// [`MOST_FITTED`] before the structure for a tolerance is known, from the error that a finer one leaves: functions chosen for
+/// a coarser tolerance may halve it. Weights of a structure that leaves more are not fitted.
 pub const FAR_OUT_OF_REACH: f64 = 2.0 * MOST_FITTED;
 /// A draft that leaves more tolerances than this at the worst positions found also misses the tolerance at random
 /// ones: there the largest error is 0.82 to 0.88 of it.
