@@ -26,8 +26,8 @@ const BROWSERS = {
 const FIRST = "chromium";
 /** Examples that are compiled in the others, too: of `exact`, of `grid3d`, and the largest. */
 const FURTHER = ["huron-13", "mill-21-grid", "hu40-84"];
-/** Milliseconds from opening to the verdict of the Huron, at the best of so many times. These and the following are multiplied
- * by how much slower the computer is at that moment than the one that the goals are for. */
+/** Milliseconds from opening to the verdict of the Huron, at the best of so many times. These and the next three limits are
+ * multiplied by how much slower the computer is at that moment than the one that the goals are for. */
 const [MOST_OPEN, OPENINGS] = [3000, 5];
 /** Milliseconds of [`loop`] on that computer when it is idle. */
 const LOOP = 100;

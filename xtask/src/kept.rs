@@ -35,21 +35,29 @@ impl Messages {
             if line.starts_with(NOT_RUN) {
                 kept.said.not_run.push(line.clone());
             }
-            let silence = since.elapsed().as_secs();
-            if let Some(before) = kept.last.back().filter(|_| silence > kept.said.longest.0) {
-                kept.said.longest = (silence, before.clone());
-            }
+            kept.was_silent(since);
             since = Instant::now();
             kept.last.push_back(line);
             if kept.last.len() > lines {
                 kept.last.pop_front();
             }
         }
+        if let Ok(mut kept) = kept.lock() {
+            kept.was_silent(since);
+        }
+    }
+
+    /// Nothing was said from then on until now.
+    fn was_silent(&mut self, since: Instant) {
+        let silence = since.elapsed().as_secs();
+        if let Some(before) = self.last.back().filter(|_| silence > self.said.longest.0) {
+            self.said.longest = (silence, before.clone());
+        }
     }
 }
 
 /// Runs a command, with the last lines of its standard error in the message as well. Returns what is
-/// kept of it.
+/// kept of what it said.
 ///
 /// # Errors
 /// If it does not start, or does not succeed; the message shows the command.
@@ -113,6 +121,6 @@ mod tests {
             "echo >&2 one; echo >&2 two; sleep 1.1; echo >&2 three",
         ]);
         let said = run(&mut command, 1).unwrap();
-        assert_eq!(said.longest, (1, "two".to_owned()));
+        assert!(said.longest.0 >= 1 && said.longest.1 == "two", "{said:?}");
     }
 }

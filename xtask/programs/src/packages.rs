@@ -37,7 +37,7 @@ const OF_STEPS: &[&str] = &[
     "zopfli",
 ];
 
-/// Installs what the steps of `cargo xtask test --all` need, as far as that is possible here.
+/// Installs what the steps of `cargo xtask test --all` need. What fails here is left to the steps.
 pub fn install_all() {
     if !are_whole(OF_STEPS)
         && let Err(cause) = install(OF_STEPS, "`test --all`")
@@ -51,6 +51,8 @@ pub fn install_all() {
 /// # Errors
 /// As for [`install`].
 pub fn provide(program: &str, packages: &[&str], what_for: &str) -> Result<(), String> {
+    // A program may be there before what it needs, while another step installs it.
+    drop(locked());
     match has(program) {
         true => Ok(()),
         false => install(packages, what_for),
@@ -69,9 +71,7 @@ pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
     }
     eprintln!("{what_for} needs {names}: installing");
     let by_hand = |cause: String| format!("{by_hand} ({cause})");
-    // Steps that run beside each other install one after the other; the lock ends with the file.
-    let lock = File::create(target("packages.lock")).map_err(|e| by_hand(e.to_string()))?;
-    lock.lock().map_err(|e| by_hand(e.to_string()))?;
+    let _lock = locked().map_err(|e| by_hand(e.to_string()))?;
     // The local package list may be older than the contents of the mirror.
     run(as_root("apt-get").args(["-q", "update"])).map_err(by_hand)?;
     let install = |options: &[&str]| {
@@ -91,6 +91,13 @@ pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
     // packages count as installed until they are installed again.
     run(as_root("dpkg").args(["--configure", "-a"])).map_err(by_hand)?;
     install(&["--reinstall"]).map_err(by_hand)
+}
+
+/// Steps that run beside each other install one after the other; the lock ends with the file.
+fn locked() -> std::io::Result<File> {
+    let lock = File::create(target("packages.lock"))?;
+    lock.lock()?;
+    Ok(lock)
 }
 
 /// Installs a cargo subcommand that comes as a package, if it is missing.

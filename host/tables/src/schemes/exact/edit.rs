@@ -1,5 +1,5 @@
 //! Changes of a structure, proposed before they are made, and what it can do without: bends of merged tables that
-//! were chosen for the number of products they hold although these are small.
+//! were chosen for the number of products they hold although these are small. Copies of tables that take over weights.
 
 use super::basis::Basis;
 use super::structure::{Function, Merged, Structure, Term};

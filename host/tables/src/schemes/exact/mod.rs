@@ -9,8 +9,8 @@
 //! them. So no constant decides whether a result is right: they decide how quickly a good one is found.
 //!
 //! The files, in the order in which they use each other: `nodes`, `variables`, `component`, `sampling`, `along` and `basis` find the
-//! functions; `structure`, `edit`, `sums`, `fold`, `entries` and `cover` the terms; `spline`, `grid`, `points` and `draft` the
-//! tables; `trials`, `components`, `tolerance`, `positions`, `fit`, `judge`, `budget`, `candidate` and `search` try them.
+//! functions; `spline`, `grid`, `structure`, `edit`, `sums`, `fold`, `entries` and `cover` the terms; `points` and `draft` the
+//! tables; `fit`, `trials`, `components`, `tolerance`, `positions`, `judge`, `budget`, `candidate` and `search` try them.
 
 mod along;
 mod basis;

@@ -20,7 +20,7 @@ use trueaxis_model::machine::PerAxis;
 /// Share of the tolerance that a structure may leave out at first, in each output (twice the root of the sum of
 /// squares, because peaks rarely coincide): more than the tolerance, because fitted weights make up for a part of it.
 const MOST_SHARE: f64 = 1.5;
-/// Smaller shares are not tried: more tables then change nothing that is measured.
+/// A structure that may leave out less is the last one: more tables then change nothing that is measured.
 const LEAST_SHARE: f64 = 0.02;
 /// The error at which the next structure aims, in units of the tolerance; the rest is left to interpolation.
 const AIM: f64 = 0.65;
@@ -237,7 +237,21 @@ impl<'a> Search<'a> {
             walk.before = next.error;
             walk.share *= (AIM / next.error).clamp(STEP[0], STEP[1]);
         }
-        Ok(walk.is_good)
+        // Positions at which a later draft failed count for the best one, too.
+        let most = self.most(tolerance);
+        let best = self.best.as_ref();
+        Ok(walk.is_good && best.is_some_and(|best| best.verdict.error <= most))
+    }
+
+    /// The largest error (in units of the requested tolerance) of a good draft for a tolerance. One for a finer tolerance is meant
+    /// to meet the requested one.
+    fn most(&self, tolerance: &PerAxis) -> f64 {
+        GOOD * self.factor(tolerance).max(1.0)
+    }
+
+    /// A tolerance in units of the requested one: tolerances differ by a common factor.
+    fn factor(&self, tolerance: &PerAxis) -> f64 {
+        tolerance[0] / self.judge.tolerance()[0]
     }
 
     /// True if motions were measured somewhere; otherwise there are no measured points to go between.
@@ -347,7 +361,7 @@ impl<'a> Search<'a> {
         let mut attempt = attempt(
             sampler, components, bases, tolerance, target, share, leaves_out,
         )?;
-        let factor = tolerance[0] / self.judge.tolerance()[0];
+        let factor = self.factor(tolerance);
         let found = attempt.found(sampler, components, tolerance);
         let mut left = trials.left(&found)?;
         let share_of = |d: &PerAxis, j: &Jacobian| self.judge.share(d, j) / factor;
@@ -382,14 +396,13 @@ impl<'a> Search<'a> {
         let with = self.with_pairs.clone().filter(|_| tried.pairs);
         let components = &with.as_deref().unwrap_or(&sampled.first).components;
         let found = &attempt.found(&sampled.sampler, components, tolerance);
-        // Tolerances differ by a common factor. A draft for a finer tolerance is meant to meet the requested one.
-        let factor = tolerance[0] / self.judge.tolerance()[0];
+        let factor = self.factor(tolerance);
         let pairs = self.pairs.filter(|_| tried.pairs).unwrap_or(0);
         let mut points = Points {
             found,
             peaks: PeakTables::all(found)?,
             finer,
-            most: GOOD * factor.max(1.0),
+            most: self.most(tolerance),
             budget: Budget::new(tried.error),
             own: f64::INFINITY,
         };
@@ -406,15 +419,25 @@ impl<'a> Search<'a> {
         let (most, target) = (points.most, &self.options.target);
         while let Some((draft, mut verdict)) = self.fewest(&mut points, candidate)? {
             let best = self.best.as_mut();
-            if confirm(&mut self.judge, best, &draft, &mut verdict, most, target)? {
-                let next = candidate(draft, verdict);
-                let is_better = self.best.as_ref().is_none_or(|best| {
+            let is_kept = confirm(&mut self.judge, best, &draft, &mut verdict, most, target)?
+                && verdict.harm <= HARMLESS;
+            let next = candidate(draft, verdict);
+            let best = self.best.as_ref();
+            let is_better = match is_kept {
+                true => best.is_none_or(|best| {
                     best.verdict.error > most
                         || self.minimize.cost(&next.draft) < self.minimize.cost(&best.draft)
-                });
-                if is_better {
-                    self.best = Some(next);
+                }),
+                // It is no good, but may leave less than all others.
+                false => {
+                    verdict.harm <= HARMLESS
+                        && best.is_none_or(|best| verdict.error < best.verdict.error)
                 }
+            };
+            if is_better {
+                self.best = Some(next);
+            }
+            if is_kept {
                 return Ok(is_better);
             }
             if !points.budget.next(Seen::Refused) {
@@ -452,10 +475,12 @@ impl<'a> Search<'a> {
                     // More points must be worth their bytes.
                     let best = self.best.as_ref();
                     let best = best.map_or(f64::INFINITY, |b| b.verdict.error);
-                    if verdict.harm <= HARMLESS && verdict.error < best.min(STUCK * points.own) {
-                        self.best = Some(candidate(draft, verdict));
+                    if verdict.harm <= HARMLESS {
+                        if verdict.error < best.min(STUCK * points.own) {
+                            self.best = Some(candidate(draft, verdict));
+                        }
+                        points.own = points.own.min(verdict.error);
                     }
-                    points.own = points.own.min(verdict.error);
                     Seen::Bad(verdict.error)
                 }
             };
@@ -475,7 +500,7 @@ struct Points<'a> {
     /// A draft is good if it leaves no more than this, in units of the requested tolerance.
     most: f64,
     budget: Budget,
-    /// The least that a draft leaves that is not good.
+    /// The least that a harmless draft leaves that is not good.
     own: f64,
 }
 
