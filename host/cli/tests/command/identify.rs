@@ -1,7 +1,7 @@
 //! From probings to parameters, and invalid probings.
 
 use crate::program::{
-    Folder, answer, done, example, examples, json, plain, refused, refuses, run, split, trueaxis,
+    Folder, answer, done, example, examples, plain, refused, refuses, run, split, trueaxis,
 };
 
 /// The probings of the Kolibri with ten errors and 1 µm of noise.
