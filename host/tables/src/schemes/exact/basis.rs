@@ -117,11 +117,9 @@ impl Basis {
                 let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
                 // No more than the nodes can separate.
                 let told = values.ncols().min(group.nodes.len() - 1);
-                let mut shown: Vec<usize> = (0..told).collect();
-                let found = numeric(group, &values, &shown, choice.leave);
-                let new = found.as_ref().map_or(0, |n| n.unfold.ncols());
-                shown.extend(values.ncols()..values.ncols() + new);
+                let found = numeric(group, &values, told, choice.leave);
                 basis.numeric.extend(found);
+                let shown = (0..told).chain(values.ncols()..basis.len()).collect();
                 basis.shown.insert((shows, group.nodes.len()), shown);
             }
         }
@@ -233,30 +231,25 @@ fn explain(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> bool {
 }
 
 /// The functions that explain the residual of the samples after the earlier functions (`values`, nodes × functions),
-/// and the columns to compute them from; `None` if the residual is negligible. Of the earlier functions, only `from`
-/// are used.
-fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> Option<Numeric> {
+/// and the columns to compute them from; `None` if the residual is negligible. Of the earlier functions, only
+/// the first `told` are used.
+fn numeric(group: &Along, values: &DMatrix<f64>, told: usize, leave: f64) -> Option<Numeric> {
     let before = values.ncols();
-    let values = values.select_columns(from);
+    let values = values.columns(0, told).into_owned();
     let (rest, _) = residual(&group.samples, &values)?;
     let (functions, count) = leading(&rest, leave);
     if count == 0 {
         return None;
     }
-    let used = values.ncols();
-    let mut all = values.insert_columns(used, count, 0.0);
-    all.columns_mut(used, count).copy_from(&functions);
+    let mut all = values.insert_columns(told, count, 0.0);
+    all.columns_mut(told, count).copy_from(&functions);
     let inverse = all.pseudo_inverse(ROUNDING).ok()?;
-    let weights = inverse.rows(used, count) * &group.samples; // functions × columns
+    let weights = inverse.rows(told, count) * &group.samples; // functions × columns
     let chosen = columns(&weights);
     let part = weights.select_columns(&chosen);
-    let weights = inverse.rows(0, used) * group.samples.select_columns(&chosen);
+    let weights = inverse.rows(0, told) * group.samples.select_columns(&chosen);
     let mut known = DMatrix::zeros(chosen.len(), before);
-    for (k, function) in from.iter().enumerate() {
-        for c in 0..chosen.len() {
-            known[(c, *function)] = weights[(k, c)];
-        }
-    }
+    known.columns_mut(0, told).copy_from(&weights.transpose());
     Some(Numeric {
         known,
         unfold: part.transpose().pseudo_inverse(ROUNDING).ok()?.transpose(),

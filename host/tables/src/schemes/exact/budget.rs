@@ -101,8 +101,8 @@ impl Budget {
 mod tests {
     use super::*;
 
-    /// The shares that are tried if drafts are good up to a share, and what is too large for the target has less than another;
-    /// and the last good one.
+    /// The shares that are tried if drafts are good up to the share `good`, and fit the target from the share `fits` on; and the
+    /// last good one.
     fn tried(good: f64, fits: f64) -> (Vec<f64>, Option<f64>) {
         let mut budget = Budget::new(0.5);
         let (mut shares, mut found) = (Vec::new(), None);
