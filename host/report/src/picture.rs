@@ -191,11 +191,11 @@ pub(crate) fn tick(value: f64) -> String {
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
     match short {
         "-0" | "" | "0" => "0".to_owned(),
-        short if value.abs() < 1e-5 => {
-            let shortest: f64 = short.parse().unwrap_or(value);
-            format!("{shortest:e}").replace('-', "−")
-        }
-        short => short.replace('-', "−"),
+        short => match short.parse::<f64>() {
+            // Not of `value`, which may be a rounding error off, another one on each system.
+            Ok(rounded) if rounded.abs() < 1e-5 => format!("{rounded:e}").replace('-', "−"),
+            _ => short.replace('-', "−"),
+        },
     }
 }
 
@@ -277,6 +277,9 @@ mod tests {
         assert_eq!(tick(0.1 + 0.2), "0.3");
         assert_eq!(tick(-0.000_05), "−0.00005");
         assert_eq!(tick(-0.000_002), "−2e−6");
+        for rounding in [-1e-18, 0.0, 1e-18] {
+            assert_eq!(tick(0.000_01 + rounding), "0.00001");
+        }
         assert_eq!(tick(-0.0), "0");
         assert_eq!(tick(100.0), "100");
     }
