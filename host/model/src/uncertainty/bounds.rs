@@ -12,7 +12,7 @@ use crate::numbers::ascending;
 use crate::numbers::normal;
 use crate::parallel;
 use crate::validate::{Quality, Statistics};
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
@@ -54,7 +54,8 @@ pub fn bounds(
         unknowns += 2 * values.len();
     }
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let drawn = DMatrix::from_fn(unknowns, MACHINES, |_, _| normal(&mut random));
+    let machine = |_| (0..unknowns).map(|_| normal(&mut random)).collect();
+    let drawn: Vec<Vec<f64>> = (0..MACHINES).map(machine).collect();
     let lengths: Vec<[Vec<f64>; 2]> = parallel::map(positions, |(q, situation)| {
         let changes = Changes::new(&kinematics, q, situation);
         let of_parameters = changes.by(&covariance.parameters);
@@ -64,15 +65,16 @@ pub fn bounds(
         }));
         [0, 1].map(|k| {
             let by = &of_parameters[k] * &root;
-            let mut all: Vec<Vector3<f64>> = (0..MACHINES)
-                .map(|m| {
-                    (0..by.ncols()).fold(Vector3::zeros(), |s, j| s + by.column(j) * drawn[(j, m)])
-                })
-                .collect();
+            let by: Vec<Vector3<f64>> = by.column_iter().map(|c| c.into_owned()).collect();
+            let of_machine = |unknowns: &[f64]| {
+                let each = by.iter().zip(unknowns);
+                each.fold(Vector3::zeros(), |sum, (by, unknown)| sum + by * *unknown)
+            };
+            let mut all: Vec<Vector3<f64>> = drawn.iter().map(|z| of_machine(z)).collect();
             for (t, ((axis, component), start)) in starts.iter().enumerate() {
                 let weights = weights(errors, *axis, *component, q, situation);
-                for (m, sum) in all.iter_mut().enumerate() {
-                    let value = weights.iter().map(|(node, w)| w * drawn[(start + node, m)]);
+                for (sum, unknowns) in all.iter_mut().zip(&drawn) {
+                    let value = weights.iter().map(|(node, w)| w * unknowns[start + node]);
                     *sum += of_tables[k].column(t) * value.sum::<f64>();
                 }
             }
