@@ -7,6 +7,7 @@ use crate::warnings::counted_twice;
 use std::fmt::Write;
 use trueaxis_model::errors::{ErrorModel, Table};
 use trueaxis_model::machine::{Axis, Machine};
+use trueaxis_model::validate::calibrated;
 
 /// An error file with everything that was known before, and everything that was measured, with comments.
 #[must_use]
@@ -32,8 +33,9 @@ pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Direc
     for (parameter, value) in &errors.standard_uncertainty {
         let _ = writeln!(text, "{parameter} = {value:.3e}");
     }
+    text += &of_before(errors);
     let before: Vec<usize> = (0..machine.axes.len())
-        .filter(|i| held(found, *i))
+        .filter(|i| is_limited(machine, found, *i))
         .collect();
     if !before.is_empty() {
         text += "\n[calibrated]  # mm or deg: where motions are known that were known before\n";
@@ -74,15 +76,41 @@ pub fn tables(
     }
 }
 
-/// True if an axis has motions that were known before and that hold their end values.
-fn held(found: &DirectResult, index: usize) -> bool {
+/// What an earlier identification says of the tip, and the errors that it could not show and that still are not measured.
+fn of_before(errors: &ErrorModel) -> String {
+    let mut text = String::new();
+    if errors.misfit.is_some() || errors.misfit_of_direction.is_some() {
+        text += "\n[uncertainty]\n";
+    }
+    if let Some(misfit) = errors.misfit {
+        let _ = writeln!(text, "misfit_um = {:.3}", misfit * 1e3);
+    }
+    if let Some(misfit) = errors.misfit_of_direction {
+        let _ = writeln!(text, "misfit_urad = {:.3}", misfit * 1e6);
+    }
+    if !errors.unseen.is_empty() {
+        text += "\n[unseen]  # may exist, not measured\n";
+    }
+    for (parameter, um) in &errors.unseen {
+        let _ = writeln!(text, "{parameter} = {um:?}");
+    }
+    text
+}
+
+/// True if what was known of an axis before is not known everywhere: motions hold their end values, or the range that was
+/// probed is a part of the travel.
+fn is_limited(machine: &Machine, found: &DirectResult, index: usize) -> bool {
     let anew = |component: usize| {
         let mut motions = found.motions.iter();
         motions.any(|m| (m.axis, m.component) == (index, component))
     };
     let motions = found.errors.motions[index].iter().enumerate();
     let mut old = motions.filter(|(component, _)| !anew(*component));
-    old.any(|(_, motion)| motion.holds())
+    let [low, high] = calibrated(machine, &found.errors, index);
+    let [from, to] = machine.axes[index].travel;
+    let is_part = low > from + 1e-9 || high < to - 1e-9;
+    let is_measured = found.motions.iter().any(|m| m.axis == index);
+    is_part && !is_measured || old.any(|(_, motion)| motion.holds() || is_part && !motion.is_zero())
 }
 
 /// A name reduced to one line.

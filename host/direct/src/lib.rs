@@ -24,6 +24,7 @@ pub mod iso230_7;
 mod kept;
 mod measurement;
 mod motion;
+mod outlying;
 mod record;
 mod simple;
 pub mod simulate;
@@ -43,4 +44,4 @@ pub use record::{DirectRecord, LocationRecord, MotionRecord, SlopeRecord, warnin
 pub use simple::{Growth, ReadingError, simple_error_file, without_readings};
 pub use single::Single;
 pub use solve::{DirectResult, FoundLocation, SolveOptions, solve};
-pub use warnings::{Doubt, counted_twice, misread};
+pub use warnings::{Doubt, counted_twice, of_readings};

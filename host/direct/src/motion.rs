@@ -1,5 +1,6 @@
 //! Error motions that are solved for.
 
+use std::collections::BTreeMap;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Table};
 use trueaxis_model::machine::{Axis, Machine};
 
@@ -150,9 +151,14 @@ pub fn without(
     for (parameter, value) in known.parameters.iter().filter(|(p, _)| !is_old(p)) {
         model.set(machine, *parameter, *value);
     }
-    let uncertain = known.standard_uncertainty.iter();
-    let uncertain = uncertain.filter(|(p, _)| !is_old(p));
-    model.standard_uncertainty = uncertain.map(|(p, u)| (*p, *u)).collect();
+    let left = |of: &BTreeMap<Parameter, f64>| {
+        let left = of.iter().filter(|(p, _)| !is_old(p));
+        left.map(|(p, value)| (*p, *value)).collect()
+    };
+    model.standard_uncertainty = left(&known.standard_uncertainty);
+    model.unseen = left(&known.unseen);
+    model.misfit = known.misfit;
+    model.misfit_of_direction = known.misfit_of_direction;
     for axis in 0..machine.axes.len() {
         for (component, motion) in known.motions[axis].iter().enumerate() {
             if let (Some(table), None) = (&motion.table, anew(axis, component)) {
@@ -161,8 +167,9 @@ pub fn without(
                 (model.table_uncertainty).extend(uncertain.map(|(of, u)| (*of, u.clone())));
             }
         }
-        // Motions known before hold where they were known; if none remain, everywhere.
-        if model.motions[axis].iter().any(|m| !m.is_zero()) {
+        // Motions known before hold where they were known; if none remain, where the tables have points.
+        let is_measured = motions.iter().any(|m| m.0 == axis);
+        if !is_measured || model.motions[axis].iter().any(|m| !m.is_zero()) {
             model.calibrated[axis] = known.calibrated[axis];
         }
     }

@@ -4,6 +4,7 @@ use crate::block::gains;
 use crate::iso230_2::analysis;
 use crate::measurement::{AxisRuns, slope};
 use crate::motion::{FoundMotion, name};
+use crate::outlying::outlying;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
@@ -37,7 +38,7 @@ pub fn doubts(
     errors: &ErrorModel,
 ) -> Vec<Doubt> {
     let mut doubts = short(machine);
-    doubts.extend((lines.iter()).filter_map(|(file, line)| misread(machine, *file, line)));
+    doubts.extend((lines.iter()).flat_map(|(file, line)| of_readings(machine, *file, line)));
     for (file, line) in lines.iter().filter(|(_, line)| !line.setup.is_angular()) {
         let axis = line.setup.moved;
         let from = motions.iter().find(|m| m.from == *file);
@@ -130,9 +131,15 @@ const SAME: f64 = 3e-8;
 /// Less than this part of [`FINE`] is rounding, of simulated readings without noise.
 const ROUNDED: f64 = 6e-3;
 
-/// Readings that are in another unit than their file declares; `file` is the index of the measurement.
+/// What is doubtful of readings by themselves; `file` is the index of the measurement.
 #[must_use]
-pub fn misread(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt> {
+pub fn of_readings(machine: &Machine, file: usize, line: &AxisRuns) -> Vec<Doubt> {
+    let both = [misread(machine, file, line), outlying(machine, file, line)];
+    both.into_iter().flatten().collect()
+}
+
+/// Readings that are in another unit than their file declares.
+fn misread(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt> {
     let axis = machine.axes[line.setup.moved].letter;
     let is_angle = line.setup.is_angular();
     let (gross, unit, small, per_unit) = match is_angle {

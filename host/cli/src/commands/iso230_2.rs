@@ -6,7 +6,7 @@ use super::files;
 use super::measured::{MeasuredFiles, positioning};
 use clap::Args;
 use trueaxis_direct::iso230_2::{Analysis, AxisRecord};
-use trueaxis_direct::misread;
+use trueaxis_direct::of_readings;
 use trueaxis_model::machine::Machine;
 
 /// Evaluate runs of an axis to ISO 230-2: A, B, E, M, R
@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(_) => drop(arguments.files.import(&machine, &measurements)?),
         None => {
             for (file, (name, line)) in lines.iter().enumerate() {
-                if let Some(doubt) = misread(&machine, file, line) {
+                for doubt in of_readings(&machine, file, line) {
                     eprintln!("warning: {name}: {doubt}\n  {}", doubt.remedy);
                 }
             }

@@ -99,7 +99,14 @@ impl MeasuredFiles {
     ) -> Result<DirectResult, BadInput> {
         let known = match &self.update {
             Some(path) => {
-                files::to_update(files::read_known_errors(path, machine)?, path, "import")?
+                let errors = files::read_known_errors(path, machine)?;
+                if errors.correlated.is_some() {
+                    eprintln!(
+                        "warning: {}: correlations are not kept: its parameters count as uncorrelated\n  give the runs to `trueaxis identify`, together with what was identified before",
+                        path.display()
+                    );
+                }
+                files::to_update(errors, path, "import")?
             }
             None => ErrorModel::perfect(machine),
         };

@@ -55,6 +55,44 @@ fn what_was_measured_can_be_compiled() {
 }
 
 #[test]
+fn an_update_keeps_what_is_not_known() {
+    let folder = Folder::new();
+    laser(&folder, "x.csv", "tool +X");
+    let old = "machine = \"Mill with 21 errors\"\n[parameters]\nEC0Y = 3e-5\nEYY1 = 2e-5\n[standard_uncertainty]\n\
+               EC0Y = 1e-6\nEYY1 = 1e-6\n[uncertainty]\nmisfit_um = 20.0\n[unseen]\nEXX1 = 5.0\nEYX2 = 10.0\n\
+               [calibrated]\nY = [50.0, 200.0]\nZ = [-250.0, -100.0]\n";
+    folder.file("old.toml", old);
+    folder.answer("measured @mill-21/machine.toml %x.csv --update %old.toml -o %new.toml");
+    let new = folder.text("new.toml");
+    let kept = [
+        "misfit_um = 20.000",
+        "EYX2 = 10.0",
+        "Y = [50.0, 200.0]",
+        "Z = [-250.0, -100.0]",
+        "[tabulated.EXX]",
+    ];
+    for part in kept {
+        assert!(new.contains(part), "{part}: {new}");
+    }
+    // It is measured now.
+    assert!(!new.contains("EXX1"), "{new}");
+}
+
+#[test]
+fn runs_alone_give_no_upper_bound_of_the_tip() {
+    let folder = Folder::new();
+    laser(&folder, "x.csv", "tool +X");
+    folder.answer("measured @mill-21/machine.toml %x.csv -o %errors.toml");
+    let said =
+        folder.answer("compile @mill-21/machine.toml %errors.toml -o %mill.trax --random 1000");
+    assert!(!said.contains("no more than"), "{said}");
+    assert!(
+        said.contains("Errors that are not in the error file are not in these figures"),
+        "{said}"
+    );
+}
+
+#[test]
 fn levers_that_are_not_known_are_told() {
     let folder = Folder::new();
     laser(&folder, "x.csv", "tool +X");
