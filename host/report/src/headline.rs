@@ -9,16 +9,16 @@ use trueaxis_model::validate::{Quality, Statistics};
 const NOTHING: f64 = 5e-5;
 
 /// One sentence, for someone with no time. Figures are those that 95 % of positions do not exceed; with uncertainties, the
-/// second holds with 95 % probability, and is a limit unless an error was not measured.
+/// second holds with 95 % probability, and is a limit if the tip was measured in space and no error was left out.
 pub fn headline(volumetric: &Volumetric, errors: &ErrorModel) -> String {
     let tip = |quality: &Quality| quality.translation_um;
     let direction = |quality: &Quality| quality.direction_urad;
-    let is_seen = errors.unseen.is_empty();
+    let is_bound = errors.bounds_the_tip();
     match &volumetric.before {
-        before if tip(before).max >= NOTHING => said(volumetric, is_seen, "Tip error", "µm", tip),
+        before if tip(before).max >= NOTHING => said(volumetric, is_bound, "Tip error", "µm", tip),
         before if direction(before).max >= NOTHING => said(
             volumetric,
-            is_seen && errors.is_direction_measured(),
+            is_bound && errors.is_direction_measured(),
             "Tool direction error",
             "µrad",
             direction,
@@ -116,20 +116,22 @@ mod tests {
             "Tip error 68 → below 0.01 µm with the tables, if the errors are as entered"
         );
         let band = Some(quality(9.1, 5.0));
+        let about =
+            "Tip error 68 → about 9.2 µm with the tables, by the errors that were measured (95 %)";
+        assert_eq!(said(after, band, &errors), about);
+        errors.misfit = Some(1e-4);
         assert_eq!(
             said(after, band, &errors),
             "Tip error 68 → at most 9.2 µm with the tables (95 %)"
         );
+        let whole = errors.clone();
         let unseen = trueaxis_model::errors::Parameter::parse("EXX1").unwrap();
         errors.unseen.insert(unseen, 4.0);
-        assert_eq!(
-            said(after, band, &errors),
-            "Tip error 68 → about 9.2 µm with the tables, by the errors that were measured (95 %)"
-        );
+        assert_eq!(said(after, band, &errors), about);
         let mut probed = found(before, after, band);
         probed.known.as_mut().unwrap().is_of_zone = true;
         assert_eq!(
-            headline(&probed, &ErrorModel::perfect(&machine)),
+            headline(&probed, &whole),
             "Tip error 68 → at most 9.2 µm with the tables in the probed zone (95 %)"
         );
         assert_eq!(

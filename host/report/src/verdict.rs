@@ -35,7 +35,7 @@ pub fn sentences(
         Some(expected) => vec![expected, cause(before, shares), remaining(volumetric, why)],
         None => vec![remaining(volumetric, why), cause(before, shares)],
     };
-    all.extend(unseen(errors));
+    all.extend(unseen(errors).or_else(|| beyond_the_file(volumetric, errors)));
     all
 }
 
@@ -61,6 +61,16 @@ fn unseen(errors: &ErrorModel) -> Option<String> {
         names.join(", "),
         figure(**um)
     ))
+}
+
+/// What figures that include uncertainties do not include if nothing measured the tip in space.
+fn beyond_the_file(volumetric: &Volumetric, errors: &ErrorModel) -> Option<String> {
+    let is_expected = volumetric.known.is_some() && volumetric.after.is_some();
+    (is_expected && errors.misfit.is_none()).then(|| {
+        "Errors that are not in the error file are not in these figures: it states no misfit, which the tip shows when it is \
+         measured in space."
+            .to_owned()
+    })
 }
 
 /// The expected error; with tables, their remaining error plus the effect of uncertain parameters, which must be known.
@@ -89,7 +99,7 @@ fn expected(volumetric: &Volumetric, errors: &ErrorModel) -> Option<String> {
             ),
         ),
     };
-    let how_far = match errors.unseen.is_empty() {
+    let how_far = match errors.bounds_the_tip() {
         true => "the tip is off by no more than about",
         false => "the measured errors put the tip off by about",
     };
@@ -305,7 +315,29 @@ mod tests {
     /// A machine of which all was seen.
     fn none() -> ErrorModel {
         let text = include_str!("../../../examples/huron-k2x8/machine.toml");
-        ErrorModel::perfect(&trueaxis_model::machine::Machine::from_toml(text).unwrap())
+        let machine = trueaxis_model::machine::Machine::from_toml(text).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        errors.misfit = Some(0.0);
+        errors.misfit_of_direction = Some(0.0);
+        errors
+    }
+
+    #[test]
+    fn where_nothing_was_measured_in_space_no_figure_is_a_limit() {
+        let mut errors = none();
+        errors.misfit = None;
+        let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
+        let said = sentences(&found, &[], &errors, WHY);
+        assert!(!said.concat().contains("no more than"), "{said:?}");
+        let last = said.last().unwrap();
+        assert!(
+            last.starts_with("Errors that are not in the error file"),
+            "{said:?}"
+        );
+        // Where no figure includes an uncertainty, none is an interval.
+        let without = volumetric(quality(66.2, 89.0), None);
+        let said = sentences(&without, &[], &errors, WHY).concat();
+        assert!(!said.contains("not in the error file"), "{said}");
     }
 
     #[test]
@@ -335,6 +367,7 @@ mod tests {
     fn a_direction_that_was_not_measured_is_apart() {
         let mut errors = none();
         errors.misfit = Some(1e-3);
+        errors.misfit_of_direction = None;
         let mut found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
         let known = found.known.as_mut().unwrap();
         known.is_direction_measured = false;

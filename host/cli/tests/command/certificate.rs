@@ -150,7 +150,7 @@ fn a_certificate_without_statements_says_what_is_missing_and_nothing_about_confo
 fn limits_are_judged_with_their_uncertainty_and_the_tables() {
     let folder = Folder::new();
     // EZ0S is 55.6 µm with a standard uncertainty of 3.4 µm and more: verified to be more than 30, and less than 90.
-    let errors = example("huron-k2x8/errors-13.toml");
+    let errors = folder.file("errors.toml", huron_without(&[]));
     let judged = |all: &[(&str, f64)], more: &[&str]| {
         let limits = all.iter().map(|(quantity, um)| limit(quantity, *um));
         let stated = STATED.to_owned() + &limits.collect::<String>();
@@ -225,21 +225,19 @@ fn decided(
     (output.status.code(), all.collect(), json.clone())
 }
 
-/// Errors of the Huron without their covariance, and without `others`.
+/// Errors of the Huron without `others`, as if its tip and its direction had been measured in space.
 fn huron_without(others: &[&str]) -> String {
     let text = std::fs::read_to_string(example("huron-k2x8/errors-13.toml")).unwrap();
-    let is_out = |line: &&str| {
-        let mut out = others.iter().chain(&["covariance"]);
-        !out.any(|name| line.starts_with(name))
-    };
-    let lines = text.lines().filter(is_out);
-    lines.map(|line| line.to_owned() + "\n").collect()
+    let is_in = |line: &&str| !others.iter().any(|name| line.starts_with(name));
+    let lines = text.lines().filter(is_in);
+    let lines: String = lines.map(|line| line.to_owned() + "\n").collect();
+    lines + "[uncertainty]\nmisfit_um = 0.5\nmisfit_urad = 0.5\n"
 }
 
 #[test]
 fn nothing_passes_without_its_grounds() {
     let folder = Folder::new();
-    let text = std::fs::read_to_string(example("huron-k2x8/errors-13.toml")).unwrap();
+    let text = huron_without(&[]);
     let without_backlash = folder.file("without-backlash.toml", text.clone());
     let backlash = |text: &str| {
         let with = "EXXb = 1e-3\n\n[standard_uncertainty]";
@@ -263,6 +261,16 @@ fn nothing_passes_without_its_grounds() {
         "{all:?}"
     );
     assert_eq!(code, Some(0));
+    // Without a misfit nothing shows what other errors do.
+    let alone = text.replace("misfit_um = 0.5\nmisfit_urad = 0.5\n", "");
+    let alone = folder.file("alone.toml", backlash(&alone));
+    let (_, decisions) = judged(STATED, &alone, found(""));
+    for (k, [decision, why]) in decisions.iter().enumerate() {
+        match k {
+            0 | 7 => assert_eq!(decision, "pass", "{why}"),
+            _ => assert!(why.starts_with("no misfit is stated"), "{decision} {why}"),
+        }
+    }
     // Where no backlash was measured, no limit of the reversal is known to be kept.
     let (_, all) = judged(STATED, &without_backlash, found(""));
     assert_eq!(

@@ -80,6 +80,13 @@ impl ErrorModel {
         }
     }
 
+    /// True if figures of the tip are upper bounds: it was measured in space, so that the misfit has what the model lacks, and
+    /// no error is listed as not measured. An error file without a misfit says nothing of errors that it does not have.
+    #[must_use]
+    pub fn bounds_the_tip(&self) -> bool {
+        self.misfit.is_some() && self.unseen.is_empty()
+    }
+
     /// False if measurements show what errors that the model lacks do to the tip, but nothing shows how they turn the tool.
     #[must_use]
     pub fn is_direction_measured(&self) -> bool {

@@ -184,7 +184,11 @@ impl<'a> Grounds<'a> {
     fn not_stated(&self, quantity: Quantity) -> Option<String> {
         let identification = self.report.identification.as_ref();
         let of_model = !matches!(quantity, Quantity::Validation { .. });
+        let is_parameter = matches!(quantity, Quantity::Parameter(_));
         let lacks = match () {
+            () if is_parameter && self.stated.uncertainty.combined_um() > 0.0 => {
+                "the interval of a parameter does not include the uncertainties that are stated for readings"
+            }
             () if self.stated.instruments.is_empty() => "no instrument is stated",
             () if self.stated.date.is_none() => "no date of the measurement is stated",
             () if identification.is_none() && of_model => {
@@ -192,6 +196,10 @@ impl<'a> Grounds<'a> {
             }
             () if identification.is_some_and(|found| !found.is_judged()) && of_model => {
                 "no noise is stated and no place was measured twice: whether the residuals fit is unknown"
+            }
+            // A single parameter does not depend on other errors.
+            () if self.subject.errors.misfit.is_none() && of_model && !is_parameter => {
+                "no misfit is stated: what errors that are not in the file do to the tip is unknown"
             }
             () => return None,
         };
