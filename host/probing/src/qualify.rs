@@ -205,7 +205,12 @@ impl DistanceFit<'_> {
             (0..self.groups.len()).flat_map(|g| (0..3).map(move |k| ProbeUnknown::Centre(g, k)));
         let squares: f64 = centres.filter_map(&of).map(|u| u * u).sum();
         let of_centre = (squares / (3 * self.groups.len()) as f64).sqrt().max(LEAST);
-        let tip = self.tip(of_centre)?;
+        let rows: Vec<usize> = (self.unknowns.iter().enumerate())
+            .filter(|(_, unknown)| matches!(unknown, ProbeUnknown::Centre(..)))
+            .map(|(row, _)| row)
+            .collect();
+        let covariance = inverse.select_rows(&rows).select_columns(&rows) * (noise * noise);
+        let tip = self.tip(of_centre, &covariance)?;
         self.has_stayed(tip.apart, of_centre)?;
         let outliers = outliers(&left, &by, &self.directions());
         let shift = tip.apart.and_then(|off| self.shift(off, of_centre));

@@ -30,7 +30,8 @@ impl DistanceFit<'_> {
         let without = |number: usize| {
             let other = (self.groups.iter().enumerate()).filter(|(i, _)| *i != number);
             let groups: Vec<&TouchGroup> = other.map(|(_, group)| group).collect();
-            let rest = self.tip_of(&groups, of_centre).ok()?.apart?;
+            let independent = DMatrix::identity(3 * groups.len(), 3 * groups.len());
+            let rest = self.tip_of(&groups, of_centre, &independent).ok()?.apart?;
             Some((rest, number))
         };
         let all = (0..self.groups.len()).filter_map(without);
@@ -46,9 +47,15 @@ impl DistanceFit<'_> {
         }
     }
 
-    /// Where the tip is, by all rotary positions.
-    pub fn tip(&self, of_centre: f64) -> Result<QualifiedTip, QualifyError> {
-        self.tip_of(&self.groups.iter().collect::<Vec<_>>(), of_centre)
+    /// Where the tip is, by all rotary positions. `covariance` is that of the three coordinates (mm²) of each centre: what is
+    /// off in the shape of the tip moves all centres in the same direction.
+    pub fn tip(
+        &self,
+        of_centre: f64,
+        covariance: &DMatrix<f64>,
+    ) -> Result<QualifiedTip, QualifyError> {
+        let groups: Vec<&TouchGroup> = self.groups.iter().collect();
+        self.tip_of(&groups, of_centre, &(covariance / (of_centre * of_centre)))
     }
 
     /// The rotary position from which on the ball is seen elsewhere, if that explains beyond chance how far they are apart.
@@ -89,7 +96,13 @@ impl DistanceFit<'_> {
     }
 
     /// Where the tip is: the ball seems to be at c − R·δ where it is at c, and the tip δ from where it was taken to be.
-    fn tip_of(&self, groups: &[&TouchGroup], of_centre: f64) -> Result<QualifiedTip, QualifyError> {
+    /// `covariance` is that of the centres, in the unit of `of_centre`.
+    fn tip_of(
+        &self,
+        groups: &[&TouchGroup],
+        of_centre: f64,
+        covariance: &DMatrix<f64>,
+    ) -> Result<QualifiedTip, QualifyError> {
         let (seen, all) = self.tip_equations(groups, of_centre);
         let places = (0..3).map(|k| ProbeUnknown::Centre(0, k));
         let mut kept: Vec<ProbeUnknown> = places.chain((0..3).map(ProbeUnknown::Tip)).collect();
@@ -108,19 +121,26 @@ impl DistanceFit<'_> {
         };
         let inverse = (by.transpose() * &by).try_inverse();
         let inverse = inverse.ok_or_else(QualifyError::no_sphere)?;
-        let found = &inverse * (by.transpose() * &seen);
+        let gains = &inverse * by.transpose();
+        let found = &gains * &seen;
         let left = &seen - &by * &found;
         let free = seen.len() - by.ncols();
         let square = left.norm_squared() / free.max(1) as f64;
-        // Rotary axes that do not turn where they should make the ball wander: what is seen counts less then.
-        let factor = match free {
-            0 => 1.0,
-            _ => square.max(1.0).sqrt(),
+        // Rotary axes that do not turn where they should make the ball wander, independently at each position.
+        let wander = match free {
+            0 => 0.0,
+            _ => (square - 1.0).max(0.0),
         };
+        // A stated place is as good as its row says.
+        let mut of_seen = DMatrix::identity(seen.len(), seen.len());
+        let shape = covariance.shape();
+        of_seen.view_mut((0, 0), shape).copy_from(covariance);
         Ok(QualifiedTip {
             offset: std::array::from_fn(|k| {
                 let at = kept.iter().position(|u| *u == ProbeUnknown::Tip(k))?;
-                Some((found[at], factor * inverse[(at, at)].max(0.0).sqrt()))
+                let gain = gains.row(at);
+                let variance = (gain * &of_seen).dot(&gain) + wander * inverse[(at, at)];
+                Some((found[at], variance.max(0.0).sqrt()))
             }),
             apart: (free > 0 && groups.len() > 1).then_some(square.sqrt() * of_centre),
         })
