@@ -236,3 +236,14 @@ fn every_kind_of_file_is_recognised_and_what_is_none_is_told_what_there_is() {
         &["more than once", "--observations"],
     );
 }
+
+#[test]
+fn a_tolerance_that_the_search_just_misses_is_met() {
+    let folder = Folder::new();
+    // Made for 1 µm, 1.04 would be left: the verification finds a little more than the search did.
+    let said = folder.answer(
+        "compile @mill-21/machine.toml @mill-21/errors-21.toml --tolerance 1 -o %mill.trax --json",
+    );
+    let found: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(found["written"], true);
+}

@@ -30,9 +30,17 @@ pub struct Best {
     pub full: Option<Full>,
 }
 
+/// The largest error at the positions of a verification has been up to a tenth above that at those of a search.
+const A_LITTLE_FINER: f64 = 0.8;
+
 impl Compiled {
     fn meets(&self, tolerance: f64) -> bool {
         self.verification.refusals(tolerance).is_empty()
+    }
+
+    /// True if it misses the tolerance, and what was made for one that is [`A_LITTLE_FINER`] would not miss it as much.
+    fn nearly_meets(&self, tolerance: f64) -> bool {
+        !self.meets(tolerance) && A_LITTLE_FINER * self.verification.finest() <= tolerance
     }
 
     fn does_harm(&self, tolerance: f64) -> bool {
@@ -97,9 +105,19 @@ pub fn best(
             false if asked.is_none() && tolerance < coarsest => Effort::IfNearlyMet,
             false => Effort::IfWithinReach,
         };
+        let made_for = |finder: &mut Finder<'_>, tolerance: f64, effort: Effort| {
+            let options = of(options, tolerance);
+            compile_with(finder, machine, errors, &options, effort, progress)
+        };
         let options = &of(options, tolerance);
-        let candidate = match compile_with(&mut finder, machine, errors, options, effort, progress)
-        {
+        let candidate = match made_for(&mut finder, tolerance, effort) {
+            // The verification sees other positions than the search, and may find a little more there.
+            Ok(Some(missed))
+                if keeps && asked == Some(tolerance) && missed.nearly_meets(tolerance) =>
+            {
+                let finer = made_for(&mut finder, A_LITTLE_FINER * tolerance, effort)?;
+                finer.filter(|c| c.meets(tolerance)).unwrap_or(missed)
+            }
             Ok(Some(candidate)) => candidate,
             Ok(None) => {
                 // Finer ones may have been left out for other reasons.
