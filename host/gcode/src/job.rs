@@ -75,7 +75,7 @@ impl<'a> Job<'a> {
     ) -> Result<Self, JobError> {
         let tables = Tables::new(compensation).map_err(JobError::Tables)?;
         if let Some(of) = of {
-            fits(of.machine, compensation)?;
+            compiled_from(of.machine, compensation)?;
         }
         let mut rules = rules(&tables);
         let (tip, no_tip) = match of.map(|of| Tip::new(of.machine)) {
@@ -130,7 +130,13 @@ impl<'a> Job<'a> {
 }
 
 /// The machine must be the one of the compensation.
-fn fits(machine: &Machine, compensation: &trueaxis::Largest<'_>) -> Result<(), JobError> {
+///
+/// # Errors
+/// [`JobError::OtherMachine`] if its name or its axes differ.
+pub fn compiled_from(
+    machine: &Machine,
+    compensation: &trueaxis::Largest<'_>,
+) -> Result<(), JobError> {
     let axes = compensation.axes();
     let mut both = machine.axes.iter().zip(axes);
     let is_same = machine.axes.len() == axes.len()

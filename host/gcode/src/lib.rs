@@ -43,7 +43,7 @@ pub mod words;
 pub use correct::{Backlash, Corrector, Options};
 pub use dialect::Dialect;
 pub use fault::Refusal;
-pub use job::{Job, JobError, JobMachine};
+pub use job::{Job, JobError, JobMachine, compiled_from};
 pub use report::Report;
 pub use setup::Setup;
 pub use state::{Rules, State};

@@ -74,12 +74,14 @@ impl Explained<'_> {
             return "changes nothing".to_owned();
         }
         let spindle = alone.index() == alone.machine.axes.len();
+        let is_warmth = matches!(alone.said, EntryKind::PerKelvin { .. });
         match (alone.parameter.is_angular(), alone.nature()) {
             (true, Nature::Constant) if !spindle => {
                 let text = "turns everything and changes nothing".to_owned();
                 text + &self.squareness()
             }
             (true, _) => "turns the tool about its own axis and changes nothing".to_owned(),
+            (false, Nature::Constant) if is_warmth => self.grows(),
             (false, Nature::Constant) if spindle => {
                 "shifts everything and changes nothing: it belongs to the tool's offsets".to_owned()
             }
@@ -94,6 +96,26 @@ impl Explained<'_> {
             }
             (false, _) => "changes nothing".to_owned(),
         }
+    }
+
+    /// What a displacement that grows with a temperature does at every position.
+    fn grows(&self) -> String {
+        let (model, kelvin) = self.alone.model(1.0);
+        let bench = Bench::new(self.alone.machine, &model, kelvin);
+        let home = BenchState::at(bench.home());
+        let off = bench.actual(&home).t - bench.nominal(&home.q).t;
+        let parts = ["X", "Y", "Z"].iter().zip(off.iter());
+        let parts = parts.filter(|(_, mm)| mm.abs() > 1e-9 * off.norm());
+        let parts: Vec<String> = parts
+            .map(|(letter, mm)| {
+                let sign = if *mm < 0.0 { '−' } else { '+' };
+                format!("{:.2} µm along {sign}{letter}", mm.abs() * 1e3)
+            })
+            .collect();
+        format!(
+            "1 K warmer, the tool is off by {} everywhere, seen from the workpiece",
+            parts.join(" and ")
+        )
     }
 
     fn squareness(&self) -> String {

@@ -247,9 +247,11 @@ fn what_the_controller_cannot_hold_is_refused_and_nothing_written() {
     };
     refuses(
         &["--tables", "12"],
-        &["takes 20 tables, and there are 12", "--minimize tables"],
+        &["takes 20 tables, and there are 12", "--tolerance"],
     );
     refuses(&["--controller", "828d"], &["there are 8 from number 0"]);
+    let other = example("mill-21/machine.toml");
+    refuses(&["--machine", &other], &["this is `Mill with 21 errors`"]);
     refuses(&["--first", "50"], &["there are 12 from number 50"]);
     refuses(
         &["--factor-limit", "1"],

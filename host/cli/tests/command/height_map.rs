@@ -14,6 +14,9 @@ fn a_map_that_was_exported_is_identified_as_the_errors_that_it_corrects() {
         0,
         &["compile", &machine, &errors, "-o", &trax, "--random", "500"],
     );
+    let both = folder.at("both.cfg");
+    let twice = format!("export klipper {trax} -o {both} --height-map {both}");
+    refused(&split(&twice), &["would be written twice"]);
     for (firmware, name) in [("klipper", "mesh.cfg"), ("reprapfirmware", "heightmap.csv")] {
         let (lines, map) = (folder.at("lines"), folder.at(name));
         let said = done(&format!(

@@ -63,6 +63,17 @@ fn asked(folder: &Folder, arguments: &[&str], answers: &str) -> Output {
 }
 
 #[test]
+fn what_is_not_installed_is_the_next_step() {
+    let folder = mill("");
+    let said = start(0, &folder, "--table XY --scale X=2/100");
+    has(
+        &said,
+        "mill.ini: is as it was; what to write into it is at the head of ",
+    );
+    has(&said, "next: write that into ");
+}
+
+#[test]
 fn a_scale_and_a_square_become_a_checked_compensation() {
     let folder = mill("");
     let before = read(&folder, "mill.ini");

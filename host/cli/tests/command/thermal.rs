@@ -35,6 +35,11 @@ fn compiled(folder: &Folder) -> String {
 fn terms_with_lags_are_identified_compiled_and_follow_over_time() {
     let folder = Folder::new();
     let said = compiled(&folder);
+    let [machine] = examples("mill-warming", ["machine.toml"]);
+    let explained = done(&format!("explain {machine} {}", folder.at("errors.toml")));
+    // A spindle that grows by 3.4 µm moves the tool as far.
+    let grows = "per K of bearing: 1 K warmer, the tool is off by 3.42 µm along −Z everywhere";
+    assert!(explained.contains(grows), "{explained}");
     for part in [
         "4 cycles each predicted by the others",
         "per K of bearing",

@@ -89,7 +89,7 @@ impl CecError {
                  --tolerance or --policy position"
             }
             Self::Tables { .. } => {
-                "compile with --minimize tables or a larger --tolerance, or raise --tables if the controller has more"
+                "compile with a larger --tolerance, leave errors out that matter little (`trueaxis report` lists their shares), or raise --tables if the controller has more"
             }
             Self::Factor { least, .. } => {
                 return format!(

@@ -12,6 +12,7 @@ use trueaxis_export::cec::{
     self, AxisDifference, CecOptions, CecPlan, CecProof, CecTolerance, LongProducts, NamedAxes,
     Note, TableLimits, plan, print, prove,
 };
+use trueaxis_gcode::compiled_from;
 use trueaxis_model::policy::{of_blob, tolerance_urad};
 use trueaxis_model::validate::Runtime;
 use trueaxis_tables::compile::Progress;
@@ -130,6 +131,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map_err(|e| BadInput::new(format!("{}: {e}", path.display()), e.remedy()))?;
     let machine = arguments.machine.as_deref().map(files::read_machine);
     let machine = machine.transpose()?;
+    if let Some(machine) = &machine {
+        compiled_from(machine, compensation)
+            .map_err(|e| BadInput::new(e.to_string(), e.remedy()))?;
+    }
     let length = made.length.or(machine.map(|m| m.tool_length()));
     let comments = cec::comments(compensation, factor_tables, length, &made, &axes);
     let first = options.limits.first;

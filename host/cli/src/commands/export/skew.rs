@@ -91,6 +91,12 @@ fn write(
     let RandomOptions { random, seed } = arguments.random;
     let (to, points) = map.unzip();
     if let Some(to) = to {
+        if to == output {
+            return Err(BadInput::new(
+                format!("{} would be written twice", output.display()),
+                "give -o and --height-map different names",
+            ));
+        }
         files::prepare(to, &[path])?;
     }
     let made = skew(&runtime, firmware, points, random as usize, seed);

@@ -188,7 +188,15 @@ impl Arguments {
                 "home, look at the corrections (they are OFF), then press Enable in the tab Compensation"
             }
         };
-        let _ = writeln!(lines, "next: linuxcnc {}, {switched_on}", quoted(of_ini));
+        let first = match (&start.installs, start.writes) {
+            (Some(_), false) => format!("write that into {of_ini}, then "),
+            _ => String::new(),
+        };
+        let _ = writeln!(
+            lines,
+            "next: {first}linuxcnc {}, {switched_on}",
+            quoted(&of_ini)
+        );
         if let Some(balls) = &self.balls {
             let then = calibrate(&of_machine, balls);
             let _ = writeln!(lines, "then, with the balls: {then}");
