@@ -6,8 +6,10 @@ import { execFileSync, spawn, spawnSync } from "node:child_process";
 import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { connect, createServer } from "node:net";
+import { availableParallelism } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
+import { Worker } from "node:worker_threads";
 import * as checks from "./checks.mjs";
 
 const [page, folder, driver, trueaxis, firmware] = process.argv.slice(2);
@@ -62,21 +64,28 @@ async function open(browser, name, width = 1400, before = () => {}) {
   return { tab, fault };
 }
 
-/** How much slower than that computer this one is now, by a fixed amount of work; at least 1. */
-function slowness() {
+/** A fixed amount of work, and the milliseconds that it takes. */
+const WORK = `
   const start = performance.now();
   let x = 0;
   for (let i = 0; i < 2e7; i++) x = Math.sqrt(x + i);
-  return Math.max(1, (performance.now() - start + (x < 0)) / LOOP);
+  require("node:worker_threads").parentPort.postMessage(performance.now() - start + (x < 0));
+`;
+
+/** How much slower than that computer this one is now, by that work on every processor at once, as a browser works; at least 1. */
+async function slowness() {
+  const one = () => new Promise((done) => new Worker(WORK, { eval: true }).on("message", done));
+  const taken = await Promise.all(Array.from({ length: availableParallelism() }, one));
+  return Math.max(1, Math.max(...taken) / LOOP);
 }
 
 /** The least of what some measurements take, in milliseconds of that computer; ends with the first that is at most `most`. */
 async function least(most, measure) {
   let best = Infinity;
   for (let k = 0; k < OPENINGS && best > most; k++) {
-    const before = slowness();
+    const before = await slowness();
     const taken = await measure();
-    best = Math.min(best, Math.round(taken / Math.max(before, slowness())));
+    best = Math.min(best, Math.round(taken / Math.max(before, await slowness())));
   }
   return best;
 }
@@ -230,7 +239,7 @@ async function cancels(browser, kind) {
   const state = await press(tab, "#cancel");
   console.log(`  ${kind}: longest pause ${pause.toFixed(0)} ms, cancelled in ${Date.now() - start} ms (${stages.join("; ")})`);
   const taken = Date.now() - start;
-  const slow = slowness();
+  const slow = await slowness();
   if (pause > MOST_PAUSE * slow) fault(`the page does not move for ${pause} ms`);
   if (!/Cancelled/.test(state) || taken > MOST_CANCEL * slow) fault(`not cancelled: ${state}`);
   if (!stages.some((stage) => /\w/.test(stage) && stage !== "Compiling")) fault("no progress is shown");

@@ -1,7 +1,6 @@
 //! Single readings that the other runs contradict.
 
 use crate::measurement::{AxisRuns, RunColumn};
-use crate::warnings::Doubt;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::numbers::{ascending, order};
 
@@ -22,8 +21,12 @@ struct OffReading {
     by: f64,
 }
 
-/// The reading that is farthest from the other runs in its direction, if it is far beyond the usual scatter.
-pub fn outlying(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt> {
+/// What to do about it.
+pub const REMEDY: &str =
+    "look at it, and leave the run out if it is a mistake: the mean has its part of it";
+
+/// Names the reading that is farthest from the other runs in its direction, if it is far beyond the usual scatter.
+pub fn outlying(machine: &Machine, line: &AxisRuns) -> Option<String> {
     let mut all = in_direction(line, 1.0);
     all.extend(in_direction(line, -1.0));
     let sizes: Vec<f64> = all.iter().map(|one| one.by.abs()).collect();
@@ -45,17 +48,13 @@ pub fn outlying(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt
     let before = line.columns[..=column].iter();
     let number = before.filter(|c| c.direction == direction).count();
     let sign = if direction < 0.0 { '-' } else { '+' };
-    Some(Doubt {
-        file: Some(file),
-        what: format!(
-            "the reading of run {sign}{number} at {} = {} differs by {:.2} {unit} from the other runs there, and readings usually differ by {:.2} {unit}",
-            axis.letter,
-            line.targets[target],
-            worst.by.abs() * per_unit,
-            usual * per_unit
-        ),
-        remedy: "look at it, and leave the run out if it is a mistake: the mean has its part of it",
-    })
+    Some(format!(
+        "the reading of run {sign}{number} at {} = {} differs by {:.2} {unit} from the other runs there, and readings usually differ by {:.2} {unit}",
+        axis.letter,
+        line.targets[target],
+        worst.by.abs() * per_unit,
+        usual * per_unit
+    ))
 }
 
 /// The readings of the runs in a direction, if there are at least two of them: how far each is from the median at its
@@ -136,7 +135,7 @@ mod tests {
         let MeasuredRuns::Line(line) = runs::read(&text, &machine).unwrap() else {
             panic!("runs");
         };
-        outlying(&machine, 0, &line).map(|doubt| doubt.what)
+        outlying(&machine, &line)
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::block::gains;
 use crate::iso230_2::analysis;
 use crate::measurement::{AxisRuns, slope};
 use crate::motion::{FoundMotion, name};
-use crate::outlying::outlying;
+use crate::outlying::{REMEDY, outlying};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
@@ -134,8 +134,13 @@ const ROUNDED: f64 = 6e-3;
 /// What is doubtful of readings by themselves; `file` is the index of the measurement.
 #[must_use]
 pub fn of_readings(machine: &Machine, file: usize, line: &AxisRuns) -> Vec<Doubt> {
-    let both = [misread(machine, file, line), outlying(machine, file, line)];
-    both.into_iter().flatten().collect()
+    let outlying = outlying(machine, line).map(|what| Doubt {
+        file: Some(file),
+        what,
+        remedy: REMEDY,
+    });
+    let misread = misread(machine, file, line);
+    misread.into_iter().chain(outlying).collect()
 }
 
 /// Readings that are in another unit than their file declares.

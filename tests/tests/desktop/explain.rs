@@ -65,7 +65,12 @@ fn check(name: &str, machine: &Machine, errors: &ErrorModel) -> usize {
             "{name}: {sentence}"
         );
         let Some(reading) = &explained.reading else {
-            assert!(sentence.contains("changes nothing"), "{name}: {sentence}");
+            // A shift by warmth does not change with the position, but with time.
+            let [nothing, grows] = ["changes nothing", "1 K warmer, the tool is off by "];
+            assert!(
+                sentence.contains(nothing) || sentence.contains(grows),
+                "{name}: {sentence}"
+            );
             continue;
         };
         let expected = first.reads(explained, reading);
