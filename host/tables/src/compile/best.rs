@@ -115,8 +115,12 @@ pub fn best(
             Ok(Some(missed))
                 if keeps && asked == Some(tolerance) && missed.nearly_meets(tolerance) =>
             {
-                let finer = made_for(&mut finder, A_LITTLE_FINER * tolerance, effort)?;
-                finer.filter(|c| c.meets(tolerance)).unwrap_or(missed)
+                match made_for(&mut finder, A_LITTLE_FINER * tolerance, effort) {
+                    Ok(Some(finer)) if finer.meets(tolerance) => finer,
+                    // What the target has no room for is no worse than what was missed.
+                    Ok(_) | Err(CompileError::NoRoom { .. }) => missed,
+                    Err(error) => return Err(error),
+                }
             }
             Ok(Some(candidate)) => candidate,
             Ok(None) => {
