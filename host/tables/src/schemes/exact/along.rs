@@ -1,7 +1,7 @@
 //! Samples of all components along one variable, each computed once.
 
 use super::component::Component;
-use super::sampling::{Key, Sampler};
+use super::sampling::Sampler;
 use nalgebra::DMatrix;
 use std::collections::{BTreeMap, BTreeSet};
 use trueaxis_model::kinematics::NotConverged;
@@ -246,16 +246,17 @@ impl Sampler<'_> {
         ascending(&mut places);
         places.dedup();
         let known = self.coefficients_at_all(columns, v, components, &places)?;
-        let mut values = DMatrix::zeros(at.len(), columns.len());
-        for (row, sampled) in sampled.iter().enumerate() {
-            for (x, weight) in sampled {
-                let place = places.partition_point(|p| p < x);
-                for column in 0..columns.len() {
-                    values[(row, column)] += weight * known[(place, column)];
-                }
-            }
-        }
-        Ok(values)
+        let parts = sampled.iter().map(|sampled| {
+            let place = |(x, weight): &(f64, f64)| (places.partition_point(|p| p < x), *weight);
+            sampled.iter().map(place).collect::<Vec<_>>()
+        });
+        let parts: Vec<_> = parts.collect();
+        Ok(DMatrix::from_fn(at.len(), columns.len(), |row, column| {
+            let parts = parts[row].iter();
+            parts.fold(0.0, |sum, (place, weight)| {
+                sum + weight * known[(*place, column)]
+            })
+        }))
     }
 
     /// The coefficients at places, each computed once.
@@ -266,56 +267,48 @@ impl Sampler<'_> {
         components: &[Component],
         places: &[f64],
     ) -> Result<DMatrix<f64>, NotConverged> {
-        let key = |c: &Column, x: f64| {
+        let line = |c: &Column| {
             let component = &components[c.component];
-            let switches = (component.on, component.even);
-            ((switches, c.node, v, x.to_bits()), c.monomial)
+            ((component.on, component.even), c.node, v, c.monomial)
         };
-        let mut missing: Vec<(Key, usize)> = Vec::new();
+        // Switches, node, position, monomial and component.
+        let mut missing: Vec<(((u32, bool), usize, u64), usize, usize)> = Vec::new();
         {
             let known = self.memory.known();
-            for x in places {
-                for column in columns {
-                    let key = key(column, *x);
-                    if !known.contains_key(&key) {
-                        missing.push((key, column.component));
-                    }
-                }
+            for column in columns {
+                let (switches, node, _, monomial) = line(column);
+                let known = known.get(&line(column));
+                let bits = places.iter().map(|x| x.to_bits());
+                let new = bits.filter(|x| known.is_none_or(|known| !known.contains_key(x)));
+                missing.extend(new.map(|x| ((switches, node, x), monomial, column.component)));
             }
         }
         // Columns that differ only in the output share their reference corrections; those that differ in the monomial
         // share most of them.
         missing.sort_unstable();
         missing.dedup();
-        let shared: Vec<&[(Key, usize)]> = missing.chunk_by(|a, b| a.0.0 == b.0.0).collect();
-        let made = parallel::try_map(&shared, |keys| {
-            let values = self.coefficients_at(keys, components)?;
-            let keys = keys.iter().map(|(key, _)| *key);
-            Ok::<_, NotConverged>(keys.zip(values).collect::<Vec<_>>())
+        let shared: Vec<_> = missing.chunk_by(|a, b| a.0 == b.0).collect();
+        let made = parallel::try_map(&shared, |same| {
+            let ((_, node, x), _, component) = same[0];
+            let component = &components[component];
+            let monomials: Vec<usize> = same.iter().map(|(_, monomial, _)| *monomial).collect();
+            let mut place = component.place(node);
+            place[v] = f64::from_bits(x);
+            self.coefficients(component, &monomials, &place)
         })?;
-        let made = made.into_iter().flatten();
         let mut known = self.memory.known();
-        known.extend(made);
-        Ok(DMatrix::from_fn(places.len(), columns.len(), |i, c| {
-            let column = &columns[c];
-            known[&key(column, places[i])][column.output]
-        }))
-    }
-
-    /// The coefficients at one place.
-    fn coefficients_at(
-        &self,
-        keys: &[(Key, usize)],
-        components: &[Component],
-    ) -> Result<Vec<PerAxis>, NotConverged> {
-        let Some(&(((_, node, v, x), _), component)) = keys.first() else {
-            return Ok(Vec::new());
-        };
-        let component = &components[component];
-        let monomials: Vec<usize> = keys.iter().map(|(key, _)| key.1).collect();
-        let mut place = component.place(node);
-        place[v] = f64::from_bits(x);
-        self.coefficients(component, &monomials, &place)
+        for (same, values) in shared.iter().zip(made) {
+            for (((switches, node, x), monomial, _), value) in same.iter().zip(values) {
+                let line = (*switches, *node, v, *monomial);
+                known.entry(line).or_default().insert(*x, value);
+            }
+        }
+        let mut values = Vec::with_capacity(places.len() * columns.len());
+        for column in columns {
+            let known = &known[&line(column)];
+            values.extend(places.iter().map(|x| known[&x.to_bits()][column.output]));
+        }
+        Ok(DMatrix::from_vec(places.len(), columns.len(), values))
     }
 }
 

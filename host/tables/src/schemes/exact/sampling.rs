@@ -14,19 +14,17 @@ use trueaxis_model::parallel;
 /// 1 %, and 1e-4 for usual ones, so what is left is at most 4e-4 of the finest usual tolerance, and usually 4e-6.
 const STEP: f64 = 2e-9;
 
-/// Switches of a component and whether it is even, node, variable, and the bits of the position along it.
-type Place = ((u32, bool), usize, usize, u64);
+/// Switches of a component and whether it is even, node, variable, and monomial.
+pub type Line = ((u32, bool), usize, usize, usize);
 
-/// A place, and a monomial.
-pub type Key = (Place, usize);
-
-/// Samples taken so far.
+/// Samples taken so far: along each line by the bits of the position. Lines are looked up once for all of their positions:
+/// in one map for millions of samples, nearly every look-up would wait for memory.
 #[derive(Debug, Default)]
-pub struct Memory(Mutex<HashMap<Key, PerAxis>>);
+pub struct Memory(Mutex<HashMap<Line, HashMap<u64, PerAxis>>>);
 
 impl Memory {
     /// Access to all samples.
-    pub fn known(&self) -> MutexGuard<'_, HashMap<Key, PerAxis>> {
+    pub fn known(&self) -> MutexGuard<'_, HashMap<Line, HashMap<u64, PerAxis>>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

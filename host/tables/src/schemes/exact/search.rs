@@ -216,7 +216,7 @@ impl<'a> Search<'a> {
                 break;
             }
             let is_stuck = is_other && next.error > STUCK * walk.before;
-            let is_last = is_full || is_stuck || walk.share < LEAST_SHARE;
+            let is_last = is_full || is_stuck || walk.share < self.least_share();
             let size = next.size();
             if (is_last || next.error <= GOOD) && walk.finished != Some(size) {
                 walk.finished = Some(size);
@@ -241,6 +241,15 @@ impl<'a> Search<'a> {
         let most = self.most(tolerance);
         let best = self.best.as_ref();
         Ok(walk.is_good && best.is_some_and(|best| best.verdict.error <= most))
+    }
+
+    /// A structure that may leave out less is the last one. Where only a size is of interest, what is left out explains no
+    /// error from the aim on.
+    fn least_share(&self) -> f64 {
+        match self.effort {
+            Effort::IfItFits => AIM,
+            _ => LEAST_SHARE,
+        }
     }
 
     /// The largest error (in units of the requested tolerance) of a good draft for a tolerance. One for a finer tolerance is meant
