@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, BenchState, Sense};
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::numbers::{extremes, student};
 
 /// A measurement from one file.
 #[derive(Clone, Debug, PartialEq)]
@@ -259,8 +260,64 @@ pub fn slope(positions: &[f64], values: &[f64]) -> f64 {
     along / across
 }
 
-/// Standard uncertainty (mm or rad) of the mean of the runs in one direction, from the scatter of all runs.
+/// The step of the display that readings (mm or rad) were taken from: the largest of 1, 2 and 5 times a power of ten mm or
+/// rad, or seconds of arc, of which all are multiples; 0 if there is none, or they are all alike.
+fn display_step(readings: &[f64], is_angular: bool) -> f64 {
+    const SECOND: f64 = std::f64::consts::PI / 648_000.0;
+    let [low, high] = extremes(readings.iter().copied());
+    let fits = |step: f64| {
+        let is_multiple = |x: &f64| (x / step - (x / step).round()).abs() < 1e-6;
+        step <= high - low && readings.iter().all(is_multiple)
+    };
+    let units = if is_angular {
+        &[1.0, SECOND][..]
+    } else {
+        &[1.0]
+    };
+    let powers = (-9..=1)
+        .rev()
+        .flat_map(|k| [5, 2, 1].map(|digit| f64::from(digit) * 10_f64.powi(k)));
+    let steps = units
+        .iter()
+        .flat_map(|unit| powers.clone().map(move |power| unit * power));
+    steps.filter(|step| fits(*step)).fold(0.0, f64::max)
+}
+
+/// Standard uncertainty (mm or rad) of a weighted sum over the targets, of the mean of both directions or half of their
+/// difference: from the scatter of readings, or of the sums of single runs, each of which may have an offset or a drift. A
+/// standard deviation of few runs is little known, so that of the sums is what Student's factor makes of it.
+pub(crate) fn sum_uncertainty(line: &AxisRuns, weights: &[f64]) -> Option<f64> {
+    let size = weights.iter().map(|w| w * w).sum::<f64>().sqrt();
+    let of_readings = mean_uncertainty(line)? * size;
+    let sum = |run: &RunColumn| RunColumn {
+        direction: run.direction,
+        readings: vec![run.readings.iter().zip(weights).map(|(r, w)| r * w).sum()],
+    };
+    let sums = AxisRuns {
+        columns: line.columns.iter().map(sum).collect(),
+        targets: vec![0.0],
+        setup: line.setup.clone(),
+    };
+    let directions = line.means().directions().len();
+    let freedom = line.columns.len().saturating_sub(directions);
+    let of_runs = mean_scatter(&sums)? * student(freedom) / 1.96;
+    Some(of_readings.max(of_runs) / (directions as f64).sqrt())
+}
+
+/// Standard uncertainty (mm or rad) of the mean of the runs in one direction, from the scatter of all runs and the step of
+/// the display. Readings that a coarse display rounds alike scatter less than they are off.
 pub(crate) fn mean_uncertainty(line: &AxisRuns) -> Option<f64> {
+    let readings: Vec<f64> = line
+        .columns
+        .iter()
+        .flat_map(|run| run.readings.iter().copied())
+        .collect();
+    let step = display_step(&readings, line.setup.is_angular());
+    Some(libm::hypot(mean_scatter(line)?, step / 12.0_f64.sqrt()))
+}
+
+/// The part of the scatter of all runs.
+fn mean_scatter(line: &AxisRuns) -> Option<f64> {
     let (mut squares, mut freedom, mut least) = (0.0, 0, usize::MAX);
     let means = line.means();
     for direction in means.directions() {
@@ -275,4 +332,87 @@ pub(crate) fn mean_uncertainty(line: &AxisRuns) -> Option<f64> {
         least = least.min(runs);
     }
     (freedom > 0).then(|| (squares / freedom as f64 / least as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64Mcg;
+    use trueaxis_model::numbers::normal;
+
+    #[test]
+    fn the_step_of_a_display_is_seen_in_its_readings() {
+        let step = |um: &[f64], is_angular| {
+            let readings: Vec<f64> = um.iter().map(|r| r * 1e-3).collect();
+            display_step(&readings, is_angular) * 1e3
+        };
+        for (readings, expected) in [
+            (&[0.0, 3.0, -1.0][..], 1.0),
+            (&[0.0, 4.0, -2.0], 2.0),
+            (&[0.3, -0.1, 12.4], 0.1),
+            (&[0.0, 0.0], 0.0),
+            (&[0.123_456_78, 5.0], 0.0),
+        ] {
+            let found = step(readings, false);
+            assert!((found - expected).abs() < 1e-4, "{readings:?}: {found}");
+        }
+        let second = std::f64::consts::PI / 648_000.0;
+        let found = display_step(&[0.1 * second, -0.7 * second, 1.2 * second], true);
+        assert!((found / second - 0.1).abs() < 1e-9);
+    }
+
+    #[test]
+    fn twice_the_uncertainty_of_a_backlash_contains_what_runs_with_offsets_are_off() {
+        const FILES: usize = 400;
+        const TARGETS: usize = 11;
+        let same = [1.0 / TARGETS as f64; TARGETS];
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        // Noise, offsets of whole runs, step of the display (µm).
+        for [noise, offset, step] in [
+            [0.3, 0.0, 1e-4],
+            [0.3, 0.5, 1e-4],
+            [0.05, 0.5, 0.1],
+            [0.05, 0.0, 1.0],
+        ] {
+            let mut reading = |k: usize, true_um: f64| {
+                let shown = 3.7 * libm::sin(1.7 * k as f64) + true_um + noise * normal(&mut random);
+                1e-3 * (shown / step).round() * step
+            };
+            let mut off = Pcg64Mcg::seed_from_u64(4);
+            let mut run = |k: usize| {
+                let direction = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+                // A backlash that no step of the display divides.
+                let true_um = 0.337 * direction + offset * normal(&mut off);
+                RunColumn {
+                    direction,
+                    readings: (0..TARGETS).map(|k| reading(k, true_um)).collect(),
+                }
+            };
+            let mut contained = 0;
+            for _ in 0..FILES {
+                let line = AxisRuns {
+                    setup: MeasurementSetup {
+                        moved: 0,
+                        sense: Sense::In(0),
+                        counts: 1.0,
+                        at: PerAxis::default(),
+                        offset: Vector3::zeros(),
+                        keeps_slope: false,
+                    },
+                    targets: (0..TARGETS).map(|k| 50.0 * k as f64).collect(),
+                    columns: (0..10).map(&mut run).collect(),
+                };
+                let Means([Some(positive), Some(negative)]) = line.means() else {
+                    unreachable!("runs in both directions");
+                };
+                let pairs = positive.iter().zip(&negative);
+                let backlash = pairs.map(|(p, n)| 0.5 * (p - n)).sum::<f64>() / TARGETS as f64;
+                let uncertainty = sum_uncertainty(&line, &same).unwrap();
+                contained += usize::from((backlash - 0.337e-3).abs() <= 2.0 * uncertainty);
+            }
+            // 95 % of 400 is 380, ± 9 with twice the standard deviation of a count.
+            assert!(contained >= 371, "{noise} {offset} {step}: {contained}");
+        }
+    }
 }

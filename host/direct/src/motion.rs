@@ -19,6 +19,8 @@ pub struct FoundMotion {
     pub negative: Option<Vec<f64>>,
     /// Standard uncertainty (mm or rad) of a value, from the scatter of the runs, if there are several.
     pub uncertainty: Option<f64>,
+    /// That of [`Self::backlash`].
+    pub backlash_uncertainty: Option<f64>,
     /// The measurement (by index) that contributes most to it.
     pub from: usize,
 }
@@ -66,12 +68,6 @@ impl FoundMotion {
             positive,
             negative,
         }
-    }
-
-    /// The standard uncertainty (mm or rad) of [`Self::backlash`], the mean of one difference per target.
-    #[must_use]
-    pub(crate) fn backlash_uncertainty(&self) -> Option<f64> {
-        Some(self.uncertainty? / (2.0 * self.positive.len() as f64).sqrt())
     }
 
     /// This motion with the mean of both directions and one number for the backlash.

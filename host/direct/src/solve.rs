@@ -3,7 +3,7 @@
 use crate::block::{RunBlock, blocks};
 use crate::direct_error::DirectError;
 use crate::measurement::{
-    AxisRuns, Means, MeasuredRuns, Measurement, Square, mean_uncertainty, slope,
+    AxisRuns, Means, MeasuredRuns, Measurement, Square, mean_uncertainty, slope, sum_uncertainty,
 };
 use crate::motion::{FoundMotion, without};
 use crate::square::{location, squareness, uncertainty};
@@ -173,7 +173,7 @@ fn with_one_number(machine: &Machine, model: &mut ErrorModel, motions: &mut [Fou
                 kind: ParameterKind::Backlash,
             };
             model.set(machine, parameter, backlash);
-            let uncertainty = motion.backlash_uncertainty().map(|u| (parameter, u));
+            let uncertainty = motion.backlash_uncertainty.map(|u| (parameter, u));
             model.standard_uncertainty.extend(uncertainty);
             *motion = motion.with_one_number();
         }
@@ -200,13 +200,21 @@ fn start(machine: &Machine, block: &RunBlock, lines: &[(usize, &AxisRuns)]) -> V
     let first = lines[block.lines[0]].1;
     let at = first.positions(machine);
     let reverses = first.means().directions().len() == 2;
-    let of = block.lines.iter().map(|k| mean_uncertainty(lines[*k].1));
-    let of: Option<Vec<f64>> = of.collect();
+    let of = |uncertainty: &dyn Fn(&AxisRuns) -> Option<f64>| -> Option<Vec<f64>> {
+        block
+            .lines
+            .iter()
+            .map(|k| uncertainty(lines[*k].1))
+            .collect()
+    };
+    let of_values = of(&mean_uncertainty);
+    let same = vec![1.0 / at.len() as f64; at.len()];
+    let of_backlash = of(&|line| sum_uncertainty(line, &same));
     let components = block.components.iter().enumerate();
     components
         .map(|(row, component)| {
             // The largest effect of any reading's uncertainty on it.
-            let uncertainty = of.as_ref().map(|of| {
+            let uncertainty = |of: &Vec<f64>| {
                 let at = block.inverse.iter().map(|inverse| {
                     let parts = (of.iter())
                         .enumerate()
@@ -214,7 +222,7 @@ fn start(machine: &Machine, block: &RunBlock, lines: &[(usize, &AxisRuns)]) -> V
                     parts.sum::<f64>().sqrt()
                 });
                 at.fold(0.0, f64::max)
-            });
+            };
             let weight = |k: &usize| block.inverse[0][(row, *k)].abs();
             let most = (0..block.lines.len()).max_by(|a, b| weight(a).total_cmp(&weight(b)));
             FoundMotion {
@@ -223,7 +231,8 @@ fn start(machine: &Machine, block: &RunBlock, lines: &[(usize, &AxisRuns)]) -> V
                 positive: vec![0.0; at.len()],
                 negative: reverses.then(|| vec![0.0; at.len()]),
                 at: at.clone(),
-                uncertainty,
+                uncertainty: of_values.as_ref().map(uncertainty),
+                backlash_uncertainty: of_backlash.as_ref().filter(|_| reverses).map(uncertainty),
                 from: lines[block.lines[most.unwrap_or(0)]].0,
             }
         })

@@ -1,6 +1,6 @@
 //! Squareness: two lines, each read in the direction of the other.
 
-use crate::measurement::{AxisRuns, Means, Square, mean_uncertainty, slope};
+use crate::measurement::{AxisRuns, Means, Square, slope, sum_uncertainty};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::{Branch, Machine};
@@ -64,8 +64,8 @@ pub fn uncertainty(machine: &Machine, square: &Square) -> Option<f64> {
         let positions = line.positions(machine);
         let mean = positions.iter().sum::<f64>() / positions.len() as f64;
         let across: f64 = positions.iter().map(|q| (q - mean).powi(2)).sum();
-        let directions = line.means().directions().len() as f64;
-        Some(mean_uncertainty(line)? / (across * directions).sqrt())
+        let weights: Vec<f64> = positions.iter().map(|q| (q - mean) / across).collect();
+        sum_uncertainty(line, &weights)
     };
     let [a, b] = &square.lines;
     Some(libm::hypot(of(a)?, of(b)?))

@@ -10,7 +10,7 @@ use crate::{Identified, IdentifyError, IdentifyOptions, Measured, Problem, ident
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
-use trueaxis_model::numbers::ascending;
+use trueaxis_model::numbers::{ascending, student};
 
 /// The prediction of rows by machines identified without them.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,15 +39,6 @@ impl Together {
     pub(crate) fn deviation(&self) -> f64 {
         student(self.count - 1) / 1.96 * self.rms
     }
-}
-
-/// What 95 % of values do not exceed on either side, in standard deviations from this many degrees of freedom.
-pub(crate) fn student(freedom: usize) -> f64 {
-    // 97.5 % quantiles for 1 to 10 degrees of freedom, and beyond.
-    const QUANTILES: [f64; 11] = [
-        12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.2,
-    ];
-    QUANTILES[freedom.clamp(1, QUANTILES.len()) - 1]
 }
 
 /// Number of parts that the rows are split into if there are too few balls.

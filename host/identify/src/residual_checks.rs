@@ -6,8 +6,7 @@ use crate::{Identified, Problem, Unknown};
 use nalgebra::Vector3;
 use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
-use trueaxis_model::numbers::ascending;
-use trueaxis_model::numbers::extremes;
+use trueaxis_model::numbers::{ascending, extremes, order};
 
 /// The quantity that a trend depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,8 +55,42 @@ pub struct Honesty {
     pub coordinates: Vector3<f64>,
     /// Time, temperature, runs and directions, if they are known.
     pub checks: Vec<Checked>,
+    /// The correlation of the residuals of each row with the next one, if chance gives one this large less than once in a
+    /// thousand.
+    pub alike: Option<f64>,
     /// Repeatability, if anything was probed more than once.
     pub repeats: Option<Repeats>,
+}
+
+impl Honesty {
+    /// A sentence with a remedy if neighbouring rows are alike, and no trend says why.
+    #[must_use]
+    pub fn alike_warning(&self) -> Option<String> {
+        let explained = self.checks.iter().any(|check| check.warning().is_some());
+        let alike = self.alike.filter(|_| !explained)?;
+        Some(format!(
+            "the residuals of one row and the next are alike (correlation {alike:.2}): the machine drifts in no simple way, or the model lacks something. Uncertainties count rows as independent and may be too small: probe the balls in an order that repeats them, warm the machine up first, or give a model with more parameters"
+        ))
+    }
+}
+
+/// The correlation of the residuals of each row with the next one (in time, or in the file), if it is significant. What the
+/// unknowns have absorbed makes it smaller.
+fn alike(rows: &[Probing], identified: &Identified) -> Option<f64> {
+    /// One-sided: one in a thousand.
+    const CHANCE: f64 = 3.1;
+    let keys = varying(rows, |row| row.time).map(|(times, _)| times);
+    let places = keys.map_or_else(|| (0..rows.len()).collect(), |times| order(&times));
+    let trusted = places.into_iter().map(|i| &identified.rows[i]);
+    let left: Vec<Vector3<f64>> = trusted
+        .filter(|row| row.is_trusted)
+        .map(|row| row.after)
+        .collect();
+    let squares: f64 = left.iter().map(Vector3::norm_squared).sum();
+    let products: f64 = left.windows(2).map(|pair| pair[0].dot(&pair[1])).sum();
+    let correlation = products / squares;
+    let is_significant = correlation * (3.0 * left.len() as f64).sqrt() > CHANCE;
+    is_significant.then_some(correlation)
 }
 
 /// Largest number of runs that are compared one by one.
@@ -101,6 +134,7 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
         balls: by_ball(problem, identified),
         coordinates: (squares / rows.len().max(1) as f64).map(f64::sqrt),
         checks,
+        alike: alike(rows, identified),
         repeats: repeats(problem, identified, &keys),
     }
 }

@@ -13,6 +13,7 @@ use crate::{
 };
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::{Covariance, Parameter};
+use trueaxis_model::numbers::student;
 
 /// Options of an identification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -236,15 +237,24 @@ impl GaussNewton<'_> {
         let seen = problem.parameters(kept.iter().copied());
         let of_rows = factor.covariance(seen.len());
         let of_rows = of_rows.ok_or_else(|| not_converged(misses))?;
+        // A noise that few residuals show may be larger: its standard deviation becomes that of Student's distribution
+        // (JCGM 101, 6.4.9), of which twice covers 95 %. That of stated uncertainties is known.
+        let freedom = problem.equations() - kept.len();
+        let components = self.noise.components(misses, &self.shares);
+        let is_stated = components.iter().all(|one| one.of_stated.is_some());
+        let of_few = match is_stated || freedom == 0 {
+            true => 1.0,
+            false => (student(freedom) / student(usize::MAX)).powi(2),
+        };
+        let of_rows = of_rows * of_few;
         let known = joined(problem, &place, &jacobian, &seen, of_rows)?;
         let covariance = known.matrix.view((0, 0), (seen.len(), seen.len()));
-        let components = self.noise.components(misses, &self.shares);
         let trusted = self.noise.trusted(misses, &self.shares);
         let [rows, observed] = problem.rows(before, misses, &trusted);
         let variances = factor.variances().unwrap_or_default();
         let variance = |unknown: Unknown| {
             let i = kept.iter().position(|i| problem.unknowns[*i] == unknown)?;
-            variances.get(i).copied()
+            variances.get(i).map(|variance| variance * of_few)
         };
         let value = |p: &Parameter| estimate.errors.parameters.get(p).copied().unwrap_or(0.0);
         Ok(Identified {
@@ -260,7 +270,7 @@ impl GaussNewton<'_> {
             unseen: given_up.into_iter().map(|g| g.unseen).collect(),
             noise: components[0].noise,
             of_stated: components[0].of_stated,
-            freedom: problem.equations() - kept.len(),
+            freedom,
             condition: factor.condition(),
             bars: bars::checked(problem, (estimate, weights, factor), &jacobian),
             rows,

@@ -9,12 +9,12 @@ mod uncertainty;
 use crate::Unknown;
 use crate::formats::temperatures::{Temperatures, ThermalModel};
 use crate::gram::{Gram, Split};
-use crate::held_out::student;
 use crate::identified::Identified;
 use crate::narrowed::narrowed;
 use crate::rows::Problem;
 use nalgebra::{DMatrix, DVector};
 use trueaxis_model::errors::{MAX_SENSORS, Parameter, ParameterKind, Thermal, in_three_digits};
+use trueaxis_model::numbers::student;
 use uncertainty::is_apart;
 
 /// Most sensors that are chosen. Each may have several lags.

@@ -121,6 +121,10 @@ impl StudyOutcome<'_> {
             Kind::Trend,
             checks.filter_map(|check| check.warning()).collect(),
         );
+        warn(
+            Kind::Trend,
+            self.honesty.alike_warning().into_iter().collect(),
+        );
         if let Some(repeats) = self.honesty.repeats.filter(|repeats| repeats.is_less) {
             let message = format!(
                 "the residuals are {:.1} times the repeatability: the machine does something that the model lacks; try --model auto, or a model with more parameters",

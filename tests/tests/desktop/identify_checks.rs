@@ -1,6 +1,7 @@
 //! Diagnostics of an identification from faulty probings.
 
 use nalgebra::Vector3;
+use std::f64::consts::TAU;
 use trueaxis_identify::formats::artefact::ArtefactBar;
 use trueaxis_identify::formats::observations::Observations;
 use trueaxis_identify::formats::probings::Probings;
@@ -222,6 +223,44 @@ fn drift_is_estimated_with_its_uncertainty_where_balls_repeat() {
             .is_some()
     };
     assert_eq!((0..20).filter(|seed| is_significant(*seed)).count(), 0);
+}
+
+#[test]
+fn neighbouring_rows_are_alike_where_the_machine_drifts_to_and_fro() {
+    let mut case = Case::new("kolibri", "errors-10.toml");
+    in_turn(&mut case);
+    let is_said = |measured: &Probings| {
+        let identified = case.found("10", measured, IdentifyOptions::default());
+        let perfect = ErrorModel::perfect(&case.machine);
+        let parameters = &identified.looked_for;
+        let problem = Problem::new(
+            &case.machine,
+            measured,
+            &case.artefact,
+            parameters,
+            &perfect,
+        );
+        let found = honesty(&problem, measured, &identified);
+        let trend = found.checks.iter().any(|check| check.warning().is_some());
+        trend || found.alike_warning().is_some()
+    };
+    let linear: Vec<usize> = "XYZ"
+        .chars()
+        .filter_map(|l| case.machine.index(l))
+        .collect();
+    let rows = case.plan.rows.len() as f64;
+    for seed in 0..20 {
+        assert!(!is_said(&case.noisy(seed)), "{seed}");
+        // A hall whose temperature is regulated: 2 µm to and fro, a little more than three times.
+        let mut measured = case.noisy(seed);
+        for (k, row) in measured.rows.iter_mut().enumerate() {
+            for axis in &linear {
+                let phase = seed as f64 + *axis as f64;
+                row.position[*axis] += 2e-3 * libm::sin(TAU * 3.3 * k as f64 / rows + phase);
+            }
+        }
+        assert!(is_said(&measured), "{seed}");
+    }
 }
 
 #[test]

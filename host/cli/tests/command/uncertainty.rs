@@ -241,7 +241,8 @@ fn what_runs_scatter_is_in_the_band_of_their_tables() {
             three.iter().map(|v| (v - mean).powi(2)).sum::<f64>()
         })
         .sum();
-    let expected = (squares / 20.0 / 3.0).sqrt();
+    // And the step of the display.
+    let expected = libm::hypot((squares / 20.0 / 3.0).sqrt(), 0.1 / 12.0_f64.sqrt());
     // Four digits are written.
     assert!((um / expected - 1.0).abs() < 1e-3, "{um} {expected}");
     let blob = folder.at("x.trax");

@@ -210,10 +210,13 @@ pub fn of_radii(
                     position[a] += radii.radius * cosine;
                     position[b] += radii.radius * sine;
                     let mut direction = PerAxis::default();
-                    // Where an axis reverses, it is not known from where it came.
-                    let sign = |v: f64| if v.abs() < 1e-9 { 0.0 } else { v.signum() };
-                    direction[a] = sign(-way * sine);
-                    direction[b] = sign(way * cosine);
+                    // Where an axis reverses, it came from inside the circle.
+                    let sign = |moves: f64, out: f64| match moves.abs() < 1e-9 {
+                        true => out.signum(),
+                        false => moves.signum(),
+                    };
+                    direction[a] = sign(-way * sine, cosine);
+                    direction[b] = sign(way * cosine, sine);
                     add(k, position, direction, *deviation);
                 }
             }
