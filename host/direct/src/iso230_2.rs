@@ -3,6 +3,7 @@
 use crate::{AxisRuns, RunColumn};
 use serde::Serialize;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::numbers::extremes;
 
 /// Results at one target position, in mm or rad like the readings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -139,6 +140,26 @@ fn not_to_the_standard([up, down]: [usize; 2]) -> Option<String> {
     })
 }
 
+/// Fewer targets than the standard asks for: five per metre, and five at least, on a linear axis of up to 2 m (5.3.2); three,
+/// five or eight on a rotary axis of up to 90°, 180° and more (5.3.4).
+fn too_few_targets(targets: &[f64], is_rotary: bool) -> Option<String> {
+    const LONG: f64 = 2000.0;
+    let [low, high] = extremes(targets.iter().copied());
+    let span = high - low;
+    let least = match is_rotary {
+        true if span <= 90.0 => 3,
+        true if span <= 180.0 => 5,
+        true => 8,
+        false => ((span.min(LONG) / 200.0).ceil() as usize).max(5),
+    };
+    (targets.len() < least).then(|| {
+        format!(
+            "it asks for {least} targets on this length at least, these are {}",
+            targets.len()
+        )
+    })
+}
+
 /// An analysis as it is read: positions in mm or degrees, values in `unit`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisRecord {
@@ -162,6 +183,11 @@ impl AxisRecord {
             false => (1e3, "µm"),
         };
         let mut found = analysis(line);
+        let is_rotary = machine.axes[line.setup.moved].letter.is_rotary();
+        let few = too_few_targets(&line.targets, is_rotary);
+        let reasons = found.not_to_the_standard.into_iter().chain(few);
+        let reasons: Vec<String> = reasons.collect();
+        found.not_to_the_standard = (!reasons.is_empty()).then(|| reasons.join("; "));
         let of_targets = found.targets.iter_mut().flat_map(|t| {
             let pairs = t.mean.iter_mut().chain(&mut t.spread);
             pairs.chain([&mut t.reversal]).chain(&mut t.repeatability)
@@ -318,6 +344,29 @@ mod tests {
             found.repeatability[2],
         ] {
             assert_eq!(missing, None);
+        }
+    }
+
+    #[test]
+    fn few_targets_are_not_to_the_standard() {
+        let few = |end: f64, count: usize, is_rotary| {
+            let targets: Vec<f64> = (0..count)
+                .map(|k| end * k as f64 / (count - 1) as f64)
+                .collect();
+            too_few_targets(&targets, is_rotary).is_some()
+        };
+        for (end, least, is_rotary) in [
+            (2.0, 5, false),
+            (1000.0, 5, false),
+            (1400.0, 7, false),
+            (90.0, 3, true),
+            (180.0, 5, true),
+            (360.0, 8, true),
+        ] {
+            assert!(
+                !few(end, least, is_rotary) && few(end, least - 1, is_rotary),
+                "{end}"
+            );
         }
     }
 }

@@ -108,19 +108,31 @@ pub struct DriftAnalysis {
     pub drifts: Vec<DriftKind>,
 }
 
+/// Positions (mm) that are no farther apart are one: an axis comes back to a few micrometres.
+const SAME: f64 = 0.1;
+
 /// Evaluates a test; `at` are times (s, as in the file). In a test of a moving axis, one result for each position, and
 /// then, if there are several, one without a position: how the distance between the outermost of them has changed.
 #[must_use]
 pub fn analysis(measured: &Displacements, at: &[f64]) -> Vec<DriftAnalysis> {
-    let mut positions: Vec<Option<f64>> = measured.readings.iter().map(|r| r.position).collect();
-    positions.sort_by(|a, b| a.unwrap_or(0.0).total_cmp(&b.unwrap_or(0.0)));
-    positions.dedup();
-    let mut found: Vec<DriftAnalysis> = (positions.iter())
-        .map(|position| {
-            let readings = measured.readings.iter().filter(|r| r.position == *position);
-            let readings: Vec<&DriftReading> = readings.collect();
+    let mut readings: Vec<&DriftReading> = measured.readings.iter().collect();
+    readings.sort_by(|a, b| {
+        a.position
+            .unwrap_or(0.0)
+            .total_cmp(&b.position.unwrap_or(0.0))
+    });
+    let is_same = |a: &&DriftReading, b: &&DriftReading| {
+        b.position.unwrap_or(0.0) - a.position.unwrap_or(0.0) <= SAME
+    };
+    let mut found: Vec<DriftAnalysis> = (readings.chunk_by(is_same))
+        .map(|readings| {
+            let mut readings = readings.to_vec();
+            readings.sort_by(|a, b| a.time.total_cmp(&b.time));
+            let positions = readings.iter().filter_map(|r| r.position);
+            let mean = positions.sum::<f64>() / readings.len() as f64;
+            let position = readings[0].position.map(|_| (mean * 1e3).round() / 1e3);
             DriftAnalysis {
-                position_mm: *position,
+                position_mm: position,
                 drifts: drifts(measured, &readings, at),
             }
         })

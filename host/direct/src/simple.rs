@@ -46,7 +46,7 @@ impl Single {
         })
     }
 
-    /// Reads the reading of a dial, `X=4`: µm more after positive than after negative travel.
+    /// Reads the reading of a dial, `X=-4`: µm more after positive than after negative travel.
     ///
     /// # Errors
     /// [`ReadingError`].
@@ -58,13 +58,25 @@ impl Single {
             (words.next().is_none() && um.is_finite() && um.abs() <= 1000.0).then_some((axis, um))
         });
         let (axis, um) = parsed.ok_or_else(|| ReadingError {
-            what: format!("`{text}` is not X=4"),
-            remedy: "give a linear axis of the machine and µm: X=4".to_owned(),
+            what: format!("`{text}` is not like X=-4"),
+            remedy: "give a linear axis of the machine and µm, at most 1000: X=-4".to_owned(),
         })?;
         Ok(Self::Reversal {
             axis,
             difference: um * 1e-3,
         })
+    }
+
+    /// A sentence if the reading of a dial is that of an axis that goes farther after positive travel, not of lost motion.
+    #[must_use]
+    pub fn doubt(&self, letters: &[char]) -> Option<String> {
+        let Self::Reversal { axis, difference } = *self else {
+            return None;
+        };
+        let (letter, um) = (letters.get(axis)?, difference * 1e3);
+        (um > 0.0).then(|| format!(
+            "the dial reading {letter}={um} is the opposite of lost motion, with which the tool lags behind after positive travel: lost motion of {um} µm is {letter}=-{um}"
+        ))
     }
 
     /// The axis along which it was taken; a square is across two.

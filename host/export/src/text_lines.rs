@@ -36,7 +36,7 @@ impl TextLine<'_> {
         number.ok_or_else(|| {
             self.bad(
                 format!("`{word}` is not a number"),
-                "write millimetres with a decimal point, separated by commas",
+                "write millimetres with a decimal point, separated as the control does",
             )
         })
     }
@@ -58,7 +58,9 @@ impl TextLine<'_> {
 
 /// All lines of a text.
 pub fn lines(text: &str) -> Vec<TextLine<'_>> {
-    let mut start = 0;
+    // Editors of Windows begin a file with a mark of its encoding.
+    let mut start = text.len() - text.trim_start_matches('\u{feff}').len();
+    let text = &text[start..];
     let lines = text.split_inclusive('\n').map(|whole| {
         let line = whole.trim_end();
         let span = start..start + line.len();
@@ -85,6 +87,13 @@ mod tests {
         "// locations\nC0Y\t0.1\n#\nX EXX EYX\n0 0.1 0.2\n1 0.3 0.4 // end\n",
         "[C0Y]\nVALUE = 0.1\n[EXX]\nGridpoints = {\n0 0.1\n1 0.2\n}\n",
     ];
+
+    #[test]
+    fn a_mark_of_the_encoding_is_no_part_of_the_first_line() {
+        let text = format!("\u{feff}{}", FILES[0]);
+        assert!(reprapfirmware::read(&text).is_ok());
+        assert_eq!(super::lines(&text)[0].span.start, 3);
+    }
 
     proptest! {
         /// A changed file is read or refused at a place that it has, by each reader.

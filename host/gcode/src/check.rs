@@ -7,6 +7,7 @@
 
 mod along;
 mod hole;
+mod play;
 mod result;
 mod spread;
 mod tool;
@@ -22,6 +23,7 @@ use super::tables::Tables;
 use super::tip::Tip;
 use super::travel_directions::TravelDirections;
 use along::Along;
+use play::Play;
 pub use result::{CheckError, CheckResult, ToolPath};
 pub use spread::{Spread, Statistics};
 use std::io::{BufRead, Read};
@@ -58,6 +60,8 @@ struct Check<'a> {
     /// The last digits of words.
     last_digits: PerLetter,
     ways: TravelDirections,
+    /// Where the machine stands in its lost motion, by what is written.
+    play: Play,
     /// The directions of all axes, whether tables tell them apart or not.
     all: [trueaxis::Travel; COUNT],
     /// Where the program was before the line.
@@ -90,6 +94,7 @@ pub fn check(
         options,
         last_digits: options.resolutions(),
         ways: TravelDirections::new(tables, &State::new(rules).position, &rules.setup.travel),
+        play: Play::new(),
         all: rules.setup.travel,
         position: before.state.position,
         found: CheckResult::default(),

@@ -76,6 +76,7 @@ pub use foresee::Foreseen;
 pub use held_out::{HeldOut, Together, held_out, scatters};
 pub use identified::{Estimated, FoundChange, Identified};
 pub use locations::effect_over_travel;
+pub use misread::turned;
 pub use missing::lacks;
 pub use mistakes::{Mistake, unseen_senses};
 pub use model::{Model, ModelError};

@@ -5,12 +5,13 @@
 //! another quantity than the header says. It is named if one change of all readings explains what is left.
 
 use crate::descent::setup_alone;
+use crate::identified::Solution;
 use crate::instrument::{InitialSample, Kind, SettingPart};
 use crate::mistakes::{EXPLAINS, GROSS, Mistake};
 use crate::rows::{EquationWeights, Problem};
 use crate::stated::PLACES;
-use crate::{IdentifyError, Unknown, root_mean_square};
-use nalgebra::Vector3;
+use crate::{Identified, IdentifyError, Unknown, root_mean_square};
+use nalgebra::{DVector, Vector3};
 use trueaxis_model::numbers::by;
 
 /// Smallest standard uncertainty (mm) of what is stated about a set-up while the machine is taken for nominal: its
@@ -46,7 +47,7 @@ const fn misreading(
     }
 }
 
-const IN_MM: &str = "write them in mm";
+const IN_MM: &str = "write them in mm, or correct the line `# unit` of a file that has one";
 /// Units that are mistaken for millimetres, and the sense of points: any coordinate that counts the other way makes a frame
 /// left-handed, whichever it is.
 const POINTS: [Misreading; 4] = [
@@ -84,6 +85,57 @@ const POSITIONS: [Misreading; 4] = [
         |read, travel| Vector3::x() * (-1e3 * read.x - travel),
     ),
 ];
+
+/// A file of runs whose readings contradict the others, and agree with them if they count the other way. Runs are kept as
+/// tables of motions, each with its name, axis and component; by themselves they fit a machine with the opposite errors.
+#[must_use]
+pub fn turned(
+    problem: &Problem<'_>,
+    identified: &Identified,
+    runs: &[(&str, usize, usize)],
+) -> Option<Mistake> {
+    let Solution {
+        estimate,
+        weights,
+        factor,
+    } = &identified.place;
+    let residuals = problem.residuals(estimate, weights);
+    let jacobian = problem.jacobian(estimate, weights);
+    let all = residuals.norm_squared();
+    let of_runs = runs.chunk_by(|a, b| a.0 == b.0).map(|motions| {
+        let mut other = estimate.clone();
+        for (_, axis, component) in motions {
+            let motion = &mut other.errors.motions[*axis][*component];
+            let table = motion.table.iter_mut();
+            let values =
+                table.flat_map(|t| t.positive.iter_mut().chain(t.negative.iter_mut().flatten()));
+            values.for_each(|value| *value = -*value);
+        }
+        (motions[0].0, problem.residuals(&other, weights))
+    });
+    let left = |(name, other): (_, DVector<f64>)| {
+        // What the unknowns cannot take up of the difference.
+        let mut change = other - &residuals;
+        let step = factor.step(&jacobian.tr_mul(&change))?;
+        change += &jacobian * step;
+        let left = (&residuals + change).norm_squared();
+        left.is_finite().then_some((name, left))
+    };
+    let tried = of_runs.filter_map(left);
+    let (name, left) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (left < TURNED * all && identified.freedom >= ENOUGH).then(|| Mistake {
+        what: format!(
+            "the readings of {name} contradict the others, and all fit {:.1} times as well if they count the other way",
+            (all / left).sqrt()
+        ),
+        remedy: "turn the direction in its line `reads`, or its signs".to_owned(),
+    })
+}
+
+/// Readings that count the other way leave less than this part of the squares: with so many degrees of freedom, chance does so
+/// less than once in a thousand.
+const TURNED: f64 = 0.25;
+const ENOUGH: usize = 15;
 
 /// Refuses readings of a set-up that fit the machine only if they are another quantity.
 pub(crate) fn refuse(problem: &Problem<'_>) -> Result<(), IdentifyError> {

@@ -44,14 +44,15 @@ impl NotKnown {
             motions: motions(problem, identified),
             backlash: backlash(problem, identified),
             misfit: misfit.map(|misfit| libm::hypot(misfit, of_stylus)),
-            misfit_of_direction: of_direction(problem, identified),
+            misfit_of_direction: of_direction(problem, identified, honesty),
         })
     }
 }
 
-/// What residuals have beyond the noise of probing: σ² = s² − σ₀². The noise σ₀ is what the file states, or else the
-/// repeatability. With neither, residuals cannot tell errors from noise, and all of them count as errors. Probings that
-/// were left out show more of an error than the fit, which follows it as far as it can.
+/// What residuals have beyond the noise of probing: σ² = s² − σ₀². The noise σ₀ is what the file states, or the
+/// repeatability if that is smaller. With neither, residuals cannot tell errors from noise, and all of them count as errors;
+/// so they do if the file states more than they have, or if neighbouring rows are alike: what is stated is no noise then.
+/// Probings that were left out show more of an error than the fit, which follows it as far as it can.
 fn misfit(
     problem: &Problem<'_>,
     identified: &Identified,
@@ -59,12 +60,15 @@ fn misfit(
     held_out: Option<&HeldOut>,
 ) -> Option<f64> {
     if identified.rows.is_empty() {
-        let all = identified.components.iter().filter_map(of_observations);
-        return all.reduce(f64::max);
+        let all = identified.components.iter();
+        return all
+            .filter_map(|one| of_observations(one, honesty))
+            .reduce(f64::max);
     }
-    let stated = identified.of_stated.map(|factor| identified.noise / factor);
+    let stated = stated_noise(&identified.components[0], honesty);
     let repeated = honesty.repeats.map(|repeats| repeats.deviation);
-    let noise = stated.or(repeated).unwrap_or(0.0);
+    let known = [stated, repeated].into_iter().flatten();
+    let noise = known.reduce(f64::min).unwrap_or(0.0);
     let has_errors = (stated.is_none() && repeated.is_none())
         || identified.components[0].is_refuted
         || honesty.repeats.is_some_and(|repeats| repeats.is_less);
@@ -116,25 +120,32 @@ fn of_stylus(problem: &Problem<'_>, identified: &Identified) -> Result<f64, Iden
 }
 
 /// Like `of_stylus`, of observations alone: what they read along one line has of a coordinate of the tip.
-fn of_observations(one: &VarianceComponent) -> Option<f64> {
+fn of_observations(one: &VarianceComponent, honesty: &Honesty) -> Option<f64> {
     if matches!(
         one.source,
         NoiseSource::Probings | NoiseSource::Observations(Kind::Angle)
     ) {
         return None;
     }
-    Some(beyond_noise(one))
+    Some(beyond_noise(one, honesty))
+}
+
+/// The noise that is stated (mm), unless the residuals show that it is something else.
+fn stated_noise(one: &VarianceComponent, honesty: &Honesty) -> Option<f64> {
+    let factor = one.of_stated?;
+    let is_more = factor < 1.0 && one.is_misstated();
+    (!is_more && honesty.alike.is_none()).then_some(one.noise / factor)
 }
 
 /// What residuals of observations have beyond their stated noise (mm, rms).
-fn beyond_noise(one: &VarianceComponent) -> f64 {
-    let noise = one.of_stated.map_or(0.0, |factor| one.noise / factor);
+fn beyond_noise(one: &VarianceComponent, honesty: &Honesty) -> f64 {
+    let noise = stated_noise(one, honesty).unwrap_or(0.0);
     (one.noise * one.noise - noise * noise).max(0.0).sqrt()
 }
 
 /// The misfit of what reads directions (rad), if that was read both ways across the tool while every axis moved: a level on
 /// one axis does not show how another one tilts.
-fn of_direction(problem: &Problem<'_>, identified: &Identified) -> Option<f64> {
+fn of_direction(problem: &Problem<'_>, identified: &Identified, honesty: &Honesty) -> Option<f64> {
     let mut all = identified.components.iter();
     let angles = all.find(|one| one.source == NoiseSource::Observations(Kind::Angle))?;
     let rows = problem.observed.rows.iter();
@@ -147,7 +158,7 @@ fn of_direction(problem: &Problem<'_>, identified: &Identified) -> Option<f64> {
             .any(|row| row.commanded.about_tool()[k].abs() > SLANTED)
     };
     let is_measured = (0..machine.axes.len()).all(moves) && across.all(is_read);
-    is_measured.then(|| beyond_noise(angles) / LEVER)
+    is_measured.then(|| beyond_noise(angles, honesty) / LEVER)
 }
 
 /// A reading counts for a direction that has at least this part of it.

@@ -2,7 +2,7 @@
 
 use crate::formats::probings::{Probing, Probings};
 use crate::trend::{OfBall, Repeats, Trend, by_ball, repeats, trend};
-use crate::{Identified, Problem, Unknown};
+use crate::{Identified, Problem, RowResult, Unknown};
 use nalgebra::Vector3;
 use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -76,20 +76,39 @@ impl Honesty {
 
 /// The correlation of the residuals of each row with the next one (in time, or in the file), if it is significant. What the
 /// unknowns have absorbed makes it smaller.
-fn alike(rows: &[Probing], identified: &Identified) -> Option<f64> {
+fn alike(problem: &Problem<'_>, rows: &[Probing], identified: &Identified) -> Option<f64> {
     /// One-sided: one in a thousand.
     const CHANCE: f64 = 3.1;
-    let keys = varying(rows, |row| row.time).map(|(times, _)| times);
-    let places = keys.map_or_else(|| (0..rows.len()).collect(), |times| order(&times));
-    let trusted = places.into_iter().map(|i| &identified.rows[i]);
-    let left: Vec<Vector3<f64>> = trusted
-        .filter(|row| row.is_trusted)
-        .map(|row| row.after)
-        .collect();
-    let squares: f64 = left.iter().map(Vector3::norm_squared).sum();
-    let products: f64 = left.windows(2).map(|pair| pair[0].dot(&pair[1])).sum();
-    let correlation = products / squares;
-    let is_significant = correlation * (3.0 * left.len() as f64).sqrt() > CHANCE;
+    /// Of fewer rows the unknowns of a set-up absorb most.
+    const FEW: usize = 10;
+    let times = varying(rows, |row| row.time).map(|(times, _)| times);
+    let places = times.map_or_else(|| (0..rows.len()).collect(), |times| order(&times));
+    let probed: Vec<&RowResult> = places.into_iter().map(|i| &identified.rows[i]).collect();
+    let of = |setup: usize| {
+        let rows = problem.observed.rows.iter().zip(&identified.observed);
+        let own = rows.filter(move |(row, _)| row.setup == setup);
+        own.map(|(_, result)| result).collect::<Vec<_>>()
+    };
+    let setups = (0..problem.observed.setups.len()).map(of);
+    // Sums over the sources, each in units of its own noise.
+    let (mut products, mut coordinates) = (0.0, 0.0);
+    for source in std::iter::once(probed).chain(setups) {
+        let trusted = source.into_iter().filter(|row| row.is_trusted);
+        let left: Vec<Vector3<f64>> = trusted.map(|row| row.after).collect();
+        let squares: Vector3<f64> = left.iter().map(|left| left.component_mul(left)).sum();
+        let count = squares.iter().filter(|square| **square > 0.0).count() * left.len();
+        if left.len() < FEW || count == 0 {
+            continue;
+        }
+        let pairs = left.windows(2).map(|pair| pair[0].dot(&pair[1]));
+        products += pairs.sum::<f64>() / squares.sum() * count as f64;
+        coordinates += count as f64;
+    }
+    if coordinates == 0.0 {
+        return None;
+    }
+    let correlation = products / coordinates;
+    let is_significant = correlation * coordinates.sqrt() > CHANCE;
     is_significant.then_some(correlation)
 }
 
@@ -134,7 +153,7 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
         balls: by_ball(problem, identified),
         coordinates: (squares / rows.len().max(1) as f64).map(f64::sqrt),
         checks,
-        alike: alike(rows, identified),
+        alike: alike(problem, rows, identified),
         repeats: repeats(problem, identified, &keys),
     }
 }

@@ -24,6 +24,8 @@ pub struct Lacking {
 
 /// Chance gives one of some fifty candidates this many standard deviations less than once in a thousand.
 const SIGNIFICANT: f64 = 4.1;
+/// An error motion that varies by more (mm or rad) is none of a machine: rows where it does nothing are explained by rounding.
+const LARGEST: f64 = 1.0;
 /// The fraction of its effect that the unknowns must not be able to absorb.
 const TESTABLE: f64 = 0.1;
 /// Degrees and harmonics up to this are tried.
@@ -48,7 +50,8 @@ pub fn lacking(problem: &Problem<'_>, identified: &Identified) -> Option<Lacking
         for group in residuals.groups(*form, &directions) {
             for (criterion, found) in residuals.explanations(&group)? {
                 let is_best = best.as_ref().is_none_or(|(least, _)| criterion < *least);
-                if found.deviations > SIGNIFICANT && is_best {
+                let is_possible = found.size < LARGEST;
+                if found.deviations > SIGNIFICANT && is_possible && is_best {
                     best = Some((criterion, found));
                 }
             }

@@ -43,7 +43,7 @@ pub fn normal(random: &mut Pcg64Mcg) -> f64 {
 /// 97.5 % quantiles of Student's distribution.
 #[must_use]
 pub fn student(freedom: usize) -> f64 {
-    const QUANTILES: [f64; 5] = [12.71, 4.30, 3.18, 2.78, 2.57];
+    const QUANTILES: [f64; 6] = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45];
     // The series for more is off by less than 0.01.
     let part = 1.0 / freedom.max(1) as f64;
     let series = 1.96 + part * (2.37 + 2.8 * part);

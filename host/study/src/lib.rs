@@ -293,6 +293,7 @@ impl<'r, 'a> CountedRows<'r, 'a> {
         let measured = self.measured(&base);
         let problem = measured.problem(&identified.looked_for);
         let places = self.places(&problem, &identified)?;
+        self.senses(&measured, &identified, kept.as_ref())?;
         let outliers: Vec<(Outlier, String)> = (snoop(&problem, &identified).into_iter())
             .map(|outlier| {
                 let sentence = outlier.sentence(&problem);

@@ -2,7 +2,8 @@
 
 use crate::{CountedRows, FoundParameters, StudyRefusal};
 use trueaxis_direct::{DirectResult, Measurement, kept, same_tables};
-use trueaxis_model::errors::ErrorModel;
+use trueaxis_identify::{Identified, IdentifyError, Measured, identify, turned};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 
 /// Levers of angular motions, which are small, change tables by less in each round.
 const ROUNDS: usize = 6;
@@ -36,6 +37,39 @@ impl CountedRows<'_, '_> {
             base = next;
         }
         Err(StudyRefusal::Unsettled { rounds: ROUNDS })
+    }
+
+    /// Refuses a file of runs that agrees with the others only if its readings count the other way. Models with more than
+    /// locations, scales and backlash bend until both fit.
+    pub(crate) fn senses(
+        &self,
+        measured: &Measured<'_>,
+        identified: &Identified,
+        kept: Option<&DirectResult>,
+    ) -> Result<(), StudyRefusal> {
+        let Some(kept) = kept else {
+            return Ok(());
+        };
+        let looked_for = identified.looked_for.iter().copied();
+        let straight: Vec<Parameter> = looked_for
+            .filter(|p| {
+                matches!(p.kind, ParameterKind::Inter | ParameterKind::Backlash)
+                    || *p == Parameter::scale(p.axis)
+            })
+            .collect();
+        let problem = measured.problem(&straight);
+        let motions = kept.motions.iter();
+        let runs = motions.map(|m| (self.study.runs[m.from].name.as_str(), m.axis, m.component));
+        let mut runs: Vec<_> = runs.collect();
+        runs.sort_unstable();
+        // What such a model does not fit at all says nothing.
+        let Ok(found) = identify(&problem, self.options) else {
+            return Ok(());
+        };
+        match turned(&problem, &found, &runs) {
+            Some(mistake) => Err(IdentifyError::Mistake(mistake).into()),
+            None => Ok(()),
+        }
     }
 
     fn tables(&self, found: &ErrorModel) -> Result<(ErrorModel, DirectResult), StudyRefusal> {

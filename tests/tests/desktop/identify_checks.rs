@@ -229,7 +229,8 @@ fn drift_is_estimated_with_its_uncertainty_where_balls_repeat() {
 fn neighbouring_rows_are_alike_where_the_machine_drifts_to_and_fro() {
     let mut case = Case::new("kolibri", "errors-10.toml");
     in_turn(&mut case);
-    let is_said = |measured: &Probings| {
+    // Whether rows are alike, and whether that or a trend is said.
+    let said = |measured: &Probings| {
         let identified = case.found("10", measured, IdentifyOptions::default());
         let perfect = ErrorModel::perfect(&case.machine);
         let parameters = &identified.looked_for;
@@ -242,15 +243,19 @@ fn neighbouring_rows_are_alike_where_the_machine_drifts_to_and_fro() {
         );
         let found = honesty(&problem, measured, &identified);
         let trend = found.checks.iter().any(|check| check.warning().is_some());
-        trend || found.alike_warning().is_some()
+        (
+            found.alike.is_some(),
+            trend || found.alike_warning().is_some(),
+        )
     };
     let linear: Vec<usize> = "XYZ"
         .chars()
         .filter_map(|l| case.machine.index(l))
         .collect();
     let rows = case.plan.rows.len() as f64;
+    let mut false_alarms = 0;
     for seed in 0..20 {
-        assert!(!is_said(&case.noisy(seed)), "{seed}");
+        false_alarms += u32::from(said(&case.noisy(seed)).0);
         // A hall whose temperature is regulated: 2 µm to and fro, a little more than three times.
         let mut measured = case.noisy(seed);
         for (k, row) in measured.rows.iter_mut().enumerate() {
@@ -259,8 +264,10 @@ fn neighbouring_rows_are_alike_where_the_machine_drifts_to_and_fro() {
                 row.position[*axis] += 2e-3 * libm::sin(TAU * 3.3 * k as f64 / rows + phase);
             }
         }
-        assert!(is_said(&measured), "{seed}");
+        assert!(said(&measured).1, "{seed}");
     }
+    // Chance gives one in a thousand: two of twenty, once in five thousand times.
+    assert!(false_alarms < 2, "{false_alarms}");
 }
 
 #[test]

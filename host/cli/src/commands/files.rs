@@ -8,6 +8,7 @@ use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use trueaxis::{AlignedBlob, LARGEST_BLOB};
 use trueaxis_direct::counted_twice;
 use trueaxis_identify::formats::artefact::Artefact;
@@ -212,6 +213,23 @@ fn of_instruments(
     Ok(all)
 }
 
+/// The files that error files refer to, as far as these were read: tables that were measured, covariances.
+static REFERRED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn referred() -> MutexGuard<'static, Vec<PathBuf>> {
+    REFERRED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn refers_to(path: &Path) {
+    referred().extend(path.canonicalize());
+}
+
+/// Takes a file out of those that an error file refers to, because that error file is written anew together with it.
+pub fn is_renewed(path: &Path) {
+    let path = path.canonicalize().ok();
+    referred().retain(|other| Some(other) != path.as_ref());
+}
+
 /// Reads and validates the errors of a machine, and warns about errors that are counted twice.
 pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let errors = read_known_errors(path, machine)?;
@@ -231,6 +249,7 @@ pub fn read_known_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, B
     let text = Text::read(path)?;
     let read = |name: &str| {
         let path = text.beside(name);
+        refers_to(Path::new(&path));
         let measured = Text::read(Path::new(&path));
         measured
             .map(|measured| measured.text)
@@ -309,6 +328,18 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
             )
         })?;
         return sent(&mut std::io::stdout().lock(), text).map(|_| ());
+    }
+    if path
+        .canonicalize()
+        .is_ok_and(|path| referred().contains(&path))
+    {
+        return Err(BadInput::new(
+            format!(
+                "{}: not written, because the error file refers to it",
+                path.display()
+            ),
+            "give -o another name or folder",
+        ));
     }
     replace::replace(path, bytes).map_err(|error| {
         BadInput::new(

@@ -171,10 +171,12 @@ impl ReadProgram<'_> {
         let (mut found, mut withheld) = (None, false);
         let write = |file: &mut replace::NewContent<'_>| {
             let done = self.correct(reader, file, map.borrow_mut().as_mut(), &mut corrector);
-            done.map_err(|error| {
-                refusal.replace(Some(self.refused(&error)));
-                std::io::Error::other("the program is refused")
-            })
+            let done = done.map_err(|error| self.refused(&error));
+            done.and_then(|()| self.is_corrected(&corrector.report))
+                .map_err(|error| {
+                    refusal.replace(Some(error));
+                    std::io::Error::other("the program is refused")
+                })
         };
         // What the check cannot make sense of never gets its name, nor the name of the program if the check fails.
         let accept = |corrected: &File| {
@@ -215,6 +217,26 @@ impl ReadProgram<'_> {
             found,
             withheld,
         })
+    }
+
+    /// Refuses a program whose motions all pass without correction: it would be marked as corrected.
+    fn is_corrected(&self, report: &Report) -> Result<(), BadInput> {
+        if report.moves > 0 || report.passed.is_empty() {
+            return Ok(());
+        }
+        let passed = report
+            .passed
+            .iter()
+            .map(|(what, times)| format!("{what} ({times} times)"));
+        let passed: Vec<String> = passed.collect();
+        Err(BadInput::new(
+            format!(
+                "{}: nothing of it can be corrected: {}",
+                self.arguments.program.display(),
+                passed.join(", ")
+            ),
+            "check that machine and compensation are those of the program, or let it move all axes to a known position first",
+        ))
     }
 
     fn corrector(&self, mark: String) -> Result<Corrector<'_>, BadInput> {

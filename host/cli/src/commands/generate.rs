@@ -28,9 +28,9 @@ pub struct Arguments {
     /// Where to write the code
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Name of the C function
-    #[arg(long, value_name = "NAME", default_value = "trueaxis_evaluate", value_parser = identifier)]
-    function: String,
+    /// Name of the C function (default: trueaxis_evaluate)
+    #[arg(long, value_name = "NAME", value_parser = identifier)]
+    function: Option<String>,
     /// Add what a servo has to know: axes, bounds, weights; the code then uses the crate trueaxis, or trueaxis.h in C
     #[arg(long)]
     servo: bool,
@@ -39,13 +39,23 @@ pub struct Arguments {
     compared: u32,
 }
 
+/// Words that look like names, and that C keeps for itself.
+const OF_C: [&str; 36] = [
+    "auto", "bool", "break", "case", "char", "const", "continue", "default", "do", "double",
+    "else", "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long", "main",
+    "register", "restrict", "return", "short", "signed", "sizeof", "static", "struct", "switch",
+    "typedef", "union", "unsigned", "void", "volatile", "while",
+];
+
 /// A name that C accepts.
 fn identifier(text: &str) -> Result<String, String> {
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let begins = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-    match begins && text.chars().all(is_word) {
+    match begins && text.chars().all(is_word) && !OF_C.contains(&text) {
         true => Ok(text.to_owned()),
-        false => Err("write a C identifier: letters, digits and _".to_owned()),
+        false => Err(
+            "write a C identifier: letters, digits and _, and no word of the language".to_owned(),
+        ),
     }
 }
 
@@ -64,13 +74,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let header_path = output.with_extension("h");
     let header_name = header_path.file_name().unwrap_or_default();
     let header_name = header_name.to_string_lossy();
+    let function = match (&arguments.function, language) {
+        (Some(name), Language::C) => name,
+        (None, _) => "trueaxis_evaluate",
+        (Some(_), Language::Rust) => {
+            return Err(BadInput::new(
+                "--function names a function in C, and the language is Rust",
+                "leave --function out: the module of the file names what is in it",
+            ));
+        }
+    };
     if language == Language::C {
         files::prepare(&header_path, &[path, output])?;
         includable(&header_name, output)?;
     }
     let options = Options {
         file: &file,
-        function: &arguments.function,
+        function,
         header: &header_name,
         servo: arguments.servo,
         compared: arguments.compared as usize,
@@ -113,6 +133,12 @@ impl Arguments {
 
 /// Refuses a name that no `#include` can have.
 fn includable(header: &str, output: &Path) -> Result<(), BadInput> {
+    if output.with_extension("h") == output {
+        return Err(BadInput::new(
+            format!("{}: the header would have this name, too", output.display()),
+            "end the name of the source with .c",
+        ));
+    }
     match header.contains(|c: char| c.is_control() || "\"\\<>".contains(c)) {
         false => Ok(()),
         true => Err(BadInput::new(

@@ -205,6 +205,7 @@ pub fn write(found: &StudyOutcome<'_>, output: &Path) -> Result<ErrorModel, BadI
     let model = errors(found)?;
     let covariances = beside(output);
     let name = covariances.file_name().unwrap_or_default();
+    files::is_renewed(&covariances);
     // If the second file cannot be written, the first one is rejected next to the older covariances.
     files::write(&covariances, found.covariances().as_bytes())?;
     files::write(output, found.error_file(&name.to_string_lossy()).as_bytes())?;

@@ -43,9 +43,9 @@ pub struct Arguments {
     /// Unit of lengths in the options; files have mm (default: mm)
     #[arg(long, value_enum)]
     unit: Option<AnswerUnit>,
-    /// Distance from the spindle nose to the tip of the tool
-    #[arg(long, value_name = "LENGTH", default_value_t = 100.0, value_parser = positive)]
-    tool: f64,
+    /// Distance from the spindle nose to the tip of the tool (default: 100 mm)
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    tool: Option<f64>,
     /// Name of the machine
     #[arg(long, default_value = "My machine")]
     name: String,
@@ -73,7 +73,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     }
     let answers = arguments.answers()?;
-    let tool = answers.unit.mm(arguments.tool);
+    let tool = arguments
+        .tool
+        .map_or(100.0, |length| answers.unit.mm(length));
     let text = Text {
         name: machine.display().to_string(),
         text: machine_file(&arguments.name, &answers, tool),

@@ -69,5 +69,14 @@ fn bad_input_writes_nothing() {
         &["generate", &huron, "-o", &huron, "--lang", "c"],
         &["the output", "another name"],
     );
+    let header = folder.at("a.h");
+    refused(
+        &["generate", &huron, "-o", &header, "--lang", "c"],
+        &["the header would have this name"],
+    );
+    refused(
+        &["generate", &huron, "-o", &rust, "--function", "mill"],
+        &["the language is Rust"],
+    );
     assert_eq!(folder.names(), ["x.trax"]);
 }

@@ -1,6 +1,6 @@
 //! `trueaxis linuxcnc start`: from a configuration and a few readings to a checked compensation.
 
-use crate::program::{Folder, done, has, plain, refused, trueaxis};
+use crate::program::{Folder, answer, done, has, plain, refused, trueaxis};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -206,13 +206,26 @@ fn what_linuxcnc_compensates_is_kept_and_not_measured_twice() {
 }
 
 #[test]
+fn no_axis_moves_the_table_of_a_portal() {
+    let folder = mill("");
+    let words = format!(
+        "linuxcnc start {} --yes --scale X=2/100 --table",
+        folder.at("mill.ini")
+    );
+    let words: Vec<&str> = words.split_whitespace().chain([""]).collect();
+    answer(0, &words);
+    let machine = read(&folder, "machine.toml");
+    assert!(!machine.contains("\"workpiece\""), "{machine}");
+}
+
+#[test]
 fn wrong_readings_are_refused() {
     let folder = mill("");
     for (options, expected) in [
         ("--scale X=2", "--scale: `X=2` is not of the form X=2/100"),
         ("--scale X=2,5/100", "write a decimal point: X=2.5/100"),
         ("--square X=2/100", "--square: `X=2/100` is not"),
-        ("--dial XY=2", "--dial: `XY=2` is not X=4"),
+        ("--dial XY=2", "--dial: `XY=2` is not like X=-4"),
         ("--growth room=1/1", "--growth: `room=1/1` is not"),
         (
             "--square XY=2/100 --square YX=2/100",
@@ -223,6 +236,9 @@ fn wrong_readings_are_refused() {
         has(&start(2, &folder, &options), expected);
         assert!(!Path::new(&folder.at("errors.toml")).exists());
     }
+    let said = start(0, &mill(""), "--table XY --overwrite --dial X=20");
+    has(&said, "the opposite of lost motion");
+    has(&said, "lost motion of 20 µm is X=-20");
     let said = start(2, &mill(""), "--table XA");
     has(&said, "--table: the machine has no linear axis A");
     refused(

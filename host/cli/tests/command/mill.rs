@@ -54,6 +54,18 @@ fn identify(files: &[String], more: &[&str]) -> std::process::Output {
     trueaxis(&arguments)
 }
 
+/// An error file with a motion in another file.
+fn text_with_files(folder: &Folder, errors: &str) -> String {
+    folder.file("screw.csv", "x_mm,um\n0,0\n250,8\n500,0\n");
+    let text = std::fs::read_to_string(errors).unwrap();
+    let at = text.find("[tabulated.EXX]").unwrap();
+    let rest = text[at + 1..]
+        .find("\n[")
+        .map_or("", |end| &text[at + 1 + end..]);
+    let table = "[tabulated.EXX]\nfile = \"screw.csv\"\nunit = \"um\"\n";
+    folder.file("inside.toml", format!("{}{table}{rest}", &text[..at]))
+}
+
 #[test]
 fn a_laser_and_a_ball_bar_make_a_compensation_in_two_commands() {
     let folder = Folder::new();
@@ -70,6 +82,29 @@ fn a_laser_and_a_ball_bar_make_a_compensation_in_two_commands() {
         assert!((value - truth).abs() < 3.5 * u, "{name}: {value} ± {u}");
         assert!(u < 1e-6, "{name}: {u}");
     }
+    // With the wrong sign, circles contradict the laser, and no larger model hides that.
+    let laser = std::fs::read_to_string(&files[0]).unwrap();
+    let turned = laser.replacen("tool +X", "tool -X", 1);
+    assert_ne!(laser, turned);
+    let wrong = [&[folder.file("turned.csv", turned)], &files[1..]].concat();
+    let output = identify(&wrong, &["-o", &folder.at("wrong.toml")]);
+    let said = plain(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("turned.csv contradict the others"), "{said}");
+    // What an error file refers to is not overwritten.
+    let inside = text_with_files(&folder, &errors);
+    refused(
+        &[
+            "compile",
+            &mill(),
+            &inside,
+            "-o",
+            &folder.at("screw.csv"),
+            "--random",
+            "1000",
+        ],
+        &["screw.csv: not written, because the error file refers to it"],
+    );
     let text = std::fs::read_to_string(&errors).unwrap();
     for table in ["[tabulated.EXX]", "[tabulated.EYY]", "[tabulated.EZZ]"] {
         assert!(text.contains(table), "{text}");

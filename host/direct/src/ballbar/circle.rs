@@ -2,7 +2,8 @@
 
 use super::sphere::{FittedSphere, fitted};
 use nalgebra::{Matrix4, Vector3, Vector4};
-use trueaxis_model::numbers::by;
+use std::f64::consts::TAU;
+use trueaxis_model::numbers::{ascending, by};
 
 /// Readings of one or two turns: angle (rad) from the first axis towards the second, and excess of the bar over its
 /// nominal length (mm).
@@ -12,6 +13,25 @@ pub struct BallBarTurns {
     pub counter_clockwise: Vec<(f64, f64)>,
     /// Turning back.
     pub clockwise: Vec<(f64, f64)>,
+}
+
+impl BallBarTurns {
+    /// The largest angle (rad) between neighbouring readings of a turn.
+    #[must_use]
+    pub fn widest_gap(&self) -> f64 {
+        let of = |turn: &Vec<(f64, f64)>| {
+            let mut angles: Vec<f64> = turn
+                .iter()
+                .map(|(angle, _)| angle.rem_euclid(TAU))
+                .collect();
+            ascending(&mut angles);
+            let first = angles.first().map(|first| first + TAU);
+            let next = angles.iter().copied().skip(1).chain(first);
+            let gaps = angles.iter().zip(next).map(|(angle, next)| next - angle);
+            gaps.fold(0.0, f64::max)
+        };
+        of(&self.counter_clockwise).max(of(&self.clockwise))
+    }
 }
 
 /// Results of a circular test (mm).

@@ -18,6 +18,8 @@ pub struct Radii {
     pub plane: Option<String>,
     /// Positions (mm, deg) of axes at the centre, by letter, if the file has them.
     pub at: Vec<(String, f64)>,
+    /// The name of the machine, and where it is in the file, if the file has it.
+    pub machine: Option<(Range<usize>, String)>,
     /// The readings.
     pub readings: RadiusReadings,
 }
@@ -31,15 +33,14 @@ pub enum RadiusReadings {
     Sphere(Vec<(Vector3<f64>, f64)>),
 }
 
-/// The lines that begin with `#`; the machine is only for people.
+/// The lines that begin with `#`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RadiusHeading {
     radius_mm: Option<Spanned<f64>>,
     unit: Option<Spanned<String>>,
     plane: Option<String>,
-    #[serde(rename = "machine")]
-    _machine: Option<String>,
+    machine: Option<Spanned<String>>,
     at: Option<toml::Table>,
 }
 
@@ -68,6 +69,7 @@ pub fn read(text: &str) -> Result<Radii, FileError> {
     Ok(Radii {
         radius,
         at: heading.positions(),
+        machine: heading.machine.map(|name| (name.span(), name.into_inner())),
         plane: heading.plane,
         readings,
     })

@@ -106,9 +106,11 @@ fn a_moving_axis_that_grows_is_seen_between_its_ends() {
     let mut text = "# test = \"axis\"\n# axis = \"X\"\ntime_s,position_mm,x1_um\n".to_owned();
     for k in 0..=240 {
         let (time, position) = (f64::from(k) * 30.0, [100.0, 300.0, 600.0][k as usize % 3]);
+        // As an encoder has it.
+        let read = position + 2e-3 * libm::sin(f64::from(k));
         let _ = writeln!(
             text,
-            "{time},{position},{}",
+            "{time},{read},{}",
             20.0 * position / 1e3 * time / 7200.0
         );
     }

@@ -20,6 +20,14 @@ pub enum CecError {
         "the tool length is not an input of the compensation: its tables are for one tool already"
     )]
     NoLength,
+    /// A tool length outside those that the compensation is for.
+    #[error("the tool length {length} mm is not between {} and {} mm, for which the compensation is", .range[0], .range[1])]
+    Length {
+        /// The length (mm).
+        length: f64,
+        /// The shortest and the longest (mm).
+        range: [f64; 2],
+    },
     /// Products of functions of more than two axes.
     #[error("{} of more than two tables, and the controller multiplies two: {}", count(.0), list(.0))]
     Long(Vec<Long>),
@@ -83,6 +91,9 @@ impl CecError {
             Self::Axes(_) => "give a compensation that trueaxis has compiled",
             Self::NoLength => {
                 "leave out --tool-length, or compile with length_range_mm in the machine file"
+            }
+            Self::Length { .. } => {
+                "give a length in between, or compile with another length_range_mm in the machine file"
             }
             Self::Long(_) => {
                 "accept the stated cost with --long-products drop, or compile with a larger \

@@ -96,6 +96,12 @@ fn tables_hold_for_one_tool_length() {
         }
     }
     let mut options = options(FactorTables::Added);
+    options.length = Some(201.0);
+    let outside = CecError::Length {
+        length: 201.0,
+        range: [0.0, 200.0],
+    };
+    assert_eq!(written(&blob, &options).unwrap_err(), outside);
     options.length = Some(1.0);
     let without = with(tables(), vec![term(0, 1.0, &[0])]).encode().unwrap();
     assert_eq!(written(&without, &options).unwrap_err(), CecError::NoLength);

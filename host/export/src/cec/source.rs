@@ -53,6 +53,23 @@ impl SourceTerms {
             return Err(CecError::NoLength);
         }
         let tables = functions(compensation);
+        let is_length = |input: usize| {
+            let auxiliary = input.checked_sub(axes).and_then(|k| auxiliaries.get(k));
+            auxiliary.is_some_and(|a| a.kind == AuxiliaryKind::ToolLength)
+        };
+        // Outside, its tables hold their end values.
+        for (function, _) in tables
+            .iter()
+            .filter(|(function, _)| is_length(function.input))
+        {
+            let [low, high] = function.span();
+            let slack = 1e-6 * (high - low);
+            let outside = length.filter(|length| !(low - slack..=high + slack).contains(length));
+            if let Some(length) = outside {
+                let range = [low, high];
+                return Err(CecError::Length { length, range });
+            }
+        }
         let mut terms = Vec::new();
         for term in compensation.terms() {
             let mut products = vec![SourceTerm {

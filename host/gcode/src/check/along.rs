@@ -181,6 +181,7 @@ impl<'c> Check<'c> {
         let node = along.field.node(t, &segment.path.at(t), &travel);
         let node = node.map_err(|_| CheckError::Outside(segment.line))?;
         self.is_near(u16::MAX, segment, &written.to(), &node.to)?;
+        self.plays(&along.field, &written.to());
         self.found
             .takes(1, written.rate, written.minutes(self.rules.dialect));
         Ok(())
@@ -213,6 +214,7 @@ impl<'c> Check<'c> {
         if is_path {
             self.samples(along, segment, written, t)?;
         }
+        self.plays(&along.field, &written.to());
         let due = segment.due | written.due;
         let end = along.place(t)?;
         self.is_near(due, segment, &written.to(), &end.to)?;
@@ -312,6 +314,11 @@ impl<'c> Check<'c> {
             segment,
             stretch,
         };
+        let starts = along.field.axes(&segment.path.at(from));
+        let starts = starts.map_err(|_| CheckError::Outside(segment.line))?;
+        let length = along.field.length.unwrap_or(0.0);
+        self.play
+            .learn(self.tables, &starts, &stretch.travel, length);
         let count = samples_of(&written.path);
         for k in 0..=count {
             let part = k as f64 / count as f64;

@@ -29,6 +29,7 @@ impl Check<'_> {
         let machine = exact.machine;
         let moved = field.axes(at);
         let moved = moved.map_err(|_| CheckError::Outside(segment.line))?;
+        self.play.come_to(&moved);
         let (planned, moved) = (positions(machine, q), positions(machine, &moved));
         let situation = Situation {
             sign: self.signs(machine, travel),
@@ -37,6 +38,11 @@ impl Check<'_> {
         };
         let nominal = kinematics.nominal(&planned, situation.length);
         let actual = |at: &PerAxis| kinematics.actual(at, &situation, &Switches::ALL);
+        let written = Situation {
+            sign: self.signs_in_play(machine, &situation.sign),
+            ..situation
+        };
+        let corrected = kinematics.actual(&moved, &written, &Switches::ALL);
         let own = machine.tool_length();
         if !self.tables.takes_length && situation.length.is_some_and(|l| (l - own).abs() > SAME) {
             let situation = Situation {
@@ -58,8 +64,10 @@ impl Check<'_> {
             let off: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
             (tip, off.sqrt() * 1e6)
         };
-        let (before, after) = (error(&actual(&planned)), error(&actual(&moved)));
+        let (before, after) = (error(&actual(&planned)), error(&corrected));
+        let turned = (corrected.t - actual(&moved).t).norm() * 1e3;
         let path = self.found.tool_path.get_or_insert_default();
+        path.turned_um = path.turned_um.max(turned);
         if after.0 > self.spreads[1].largest() {
             path.worst_line = segment.line;
         }
@@ -88,6 +96,18 @@ impl Check<'_> {
                 Travel::Negative => -1.0,
                 Travel::Unknown => 0.0,
             };
+        }
+        signs
+    }
+
+    /// Like `signs`, where axes with play stand in it.
+    fn signs_in_play(&self, machine: &Machine, signs: &PerAxis) -> PerAxis {
+        let mut signs = *signs;
+        if self.axes_turn() {
+            for (sign, axis) in signs.iter_mut().zip(&machine.axes) {
+                let letter = axes::of_machine(axis.letter);
+                *sign = self.play.sign_of(letter).unwrap_or(*sign);
+            }
         }
         signs
     }

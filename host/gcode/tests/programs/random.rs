@@ -155,10 +155,11 @@ pub fn try_one(
     };
     let rounding = (options.coarsest_rounding() + 500.0 * options.angle_rounding()) * 1e3;
     let allowed = (options.tolerance * 1e3 + chord + rounding).max(found.hole_um);
-    // A step that is blended into a move or left out is not on the path.
+    // A step that is blended into a move or left out is not on the path. Reversals that the correction commands are no fault of
+    // the path.
     if let (Some(path), Backlash::Move) = (&found.tool_path, options.backlash) {
         assert!(
-            path.after_um.max <= allowed + bench.own,
+            path.after_um.max <= allowed + bench.own + path.turned_um,
             "{found:?} {}",
             shown()
         );

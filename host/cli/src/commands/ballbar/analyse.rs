@@ -27,6 +27,9 @@ pub struct Analyse {
     json: bool,
 }
 
+/// A gap (degrees) between readings that hides a part of the circle: half a lobe of four.
+const WIDE: f64 = 45.0;
+
 impl Analyse {
     pub fn run(&self) -> Result<Outcome, BadInput> {
         let text = Text::read(&self.readings)?;
@@ -44,6 +47,13 @@ impl Analyse {
             RadiusReadings::Circle(turns) => {
                 let record = CircleRecord::of(found.radius, found.plane.as_deref(), turns);
                 answer.circle = Some(record.map_err(bad_circle)?);
+                let gap = turns.widest_gap().to_degrees();
+                if gap > WIDE {
+                    eprintln!(
+                        "warning: {}: no readings over {gap:.0}° of a turn: G, F, H and the centre say nothing of that part, and ISO 230-4 has whole circles",
+                        text.name
+                    );
+                }
             }
         }
         answer.print(self.json)?;

@@ -310,6 +310,13 @@ fn tool(path: &ToolPath, [read, written]: [u64; 2]) -> String {
         let name = format!("{name}, {unit}");
         text += &format!("    {name:<22}{mean:>9.2} {p95:>9.2} {max:>9.2}\n");
     }
+    // Less is not worth a line.
+    if path.turned_um >= 0.5 {
+        text += &format!(
+            "  up to {:.1} µm after, because the correction moves an axis back that the program does not turn round\n",
+            path.turned_um
+        );
+    }
     let more = 100.0 * (written as f64 / read.max(1) as f64 - 1.0);
     let worst = match path.worst_line {
         0 => String::new(),

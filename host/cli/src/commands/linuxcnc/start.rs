@@ -27,16 +27,16 @@ use written::StartFiles;
 /// is replaced or written into the INI file before it has asked. Whatever an option says is not asked.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  trueaxis linuxcnc start\n  \
-trueaxis linuxcnc start mill.ini --table XY --scale X=2/100 --square XY=3/100 --dial X=4 --install --yes\n\n\
+trueaxis linuxcnc start mill.ini --table XY --scale X=2/100 --square XY=3/100 --dial X=-4 --install --yes\n\n\
 Readings are in µm, travels in mm. They are positive where the tool is farther in the direction of a positive command,\n\
 seen from the workpiece. X=2/100: a scale along X shows 2 µm too much at +100 mm. XY=3/100: with one leg of a square\n\
-aligned with X, a dial moved along the other leg by Y reads 3 µm in the direction of X per 100 mm. X=4: a dial reads\n\
-4 µm more after positive than after negative travel of X.")]
+aligned with X, a dial moved along the other leg by Y reads 3 µm in the direction of X per 100 mm. X=-4: a dial\n\
+reads 4 µm less after positive than after negative travel of X, as lost motion of 4 µm makes it.")]
 pub struct Arguments {
     /// The INI file of the machine (default: asked for)
     #[arg(value_name = "MACHINE.ini")]
     ini: Option<PathBuf>,
-    /// Linear axes that move the table; the others move the spindle
+    /// Linear axes that move the table ('' for none); the others move the spindle
     #[arg(long, value_name = "XY")]
     table: Option<String>,
     /// A glass scale or laser: deviation and travel
@@ -333,16 +333,16 @@ impl Arguments {
             };
         }
         let configuration = found.configuration;
-        let table = match &self.table {
-            Some(table) => table.clone(),
+        let answer = match &self.table {
+            Some(table) => Some(table.clone()),
             None => {
-                self.ask("Which linear axes move the table (the others move the spindle)? [XY]")?
+                let which = "Which linear axes move the table (the others move the spindle; - for none)? [XY]";
+                let answer = self.ask(which)?;
+                (!answer.is_empty()).then(|| answer.replace('-', ""))
             }
         };
-        let table = match table.is_empty() {
-            true => None,
-            false => Some(on_table(configuration, &table)?),
-        };
+        let table = answer.map(|table| on_table(configuration, &table));
+        let table = table.transpose()?;
         let pivot = self.pivot_of(configuration)?;
         let pins: Vec<String> = sensors.iter().map(|sensor| sensor.pin.clone()).collect();
         let known = MachineFacts {

@@ -47,6 +47,20 @@ fn in_place<'a>(blob: &'a str, file: &'a str) -> [&'a str; 7] {
     ]
 }
 
+#[test]
+fn a_program_of_which_nothing_can_be_corrected_stays_as_it_is() {
+    let folder = Folder::new();
+    let [_, _, blob] = printer(&folder);
+    // Z is never commanded.
+    let program = "G28\nG1 X10 Y10 F3000\nG1 X100 E1\n";
+    let file = folder.file("part.gcode", program);
+    refused(
+        &in_place(&blob, &file),
+        &["nothing of it can be corrected", "moves before all axes"],
+    );
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), program);
+}
+
 /// Corrects a program in its place, with a check, and returns it without the mark.
 fn printed(program: &str) -> Vec<String> {
     let folder = Folder::new();

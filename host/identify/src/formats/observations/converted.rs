@@ -12,6 +12,8 @@ use trueaxis_model::formats::csv;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
+/// A position this far (mm, deg) beyond an end of the travel is at the end.
+const ROUNDING: f64 = 1e-6;
 /// How exactly the direction of a straightedge is known whose slope belongs to the machine (rad): beyond any reading.
 const ALIGNED: f64 = 1e-9;
 
@@ -160,7 +162,8 @@ fn row(position: PerAxis, direction: PerAxis, value: f64, line: usize) -> Observ
 /// the direction of travel is not known.
 ///
 /// # Errors
-/// [`FileError`]: the file does not say where all axes stood at the centre, or the plane of a circle.
+/// [`FileError`]: the file does not say where all axes stood at the centre, or the plane of a circle; it is of another
+/// machine, or the test leaves the travel.
 pub fn of_radii(
     text: &str,
     file: &str,
@@ -175,6 +178,20 @@ pub fn of_radii(
     let plane: Option<Vec<usize>> = letters.map(linear).collect();
     let plane = plane.and_then(|axes| <[usize; 2]>::try_from(axes).ok());
     let all_three = ['X', 'Y', 'Z'].map(linear);
+    if let Some((span, name)) = radii
+        .machine
+        .as_ref()
+        .filter(|(_, name)| *name != machine.name)
+    {
+        return Err(FileError::here(
+            span.clone(),
+            format!(
+                "this was measured on `{name}`, the machine is `{}`",
+                machine.name
+            ),
+            "give the machine file of this name, or correct the name if it is the same machine",
+        ));
+    }
     let missing = || {
         let example: Vec<String> = (machine.axes.iter())
             .map(|axis| format!("{} = 0.0", axis.letter))
@@ -230,6 +247,20 @@ pub fn of_radii(
                 add(k, position, PerAxis::default(), *deviation);
             }
         }
+    }
+    let outside = all.rows.iter().find_map(|row| {
+        let mut axes = machine.axes.iter().zip(row.position);
+        axes.find(|(axis, at)| *at < axis.travel[0] - ROUNDING || *at > axis.travel[1] + ROUNDING)
+    });
+    if let Some((axis, at)) = outside {
+        let [low, high] = axis.travel;
+        return Err(FileError::whole(
+            format!(
+                "{} = {at:.3} of the test is outside the travel of {low} to {high}",
+                axis.letter
+            ),
+            "correct radius_mm or at, or the range of the axis in the machine file",
+        ));
     }
     Ok(all)
 }

@@ -175,6 +175,9 @@ impl Arguments {
         let free = |single: &Single| found.is_free(&letters, single, base);
         let mut singles = self.given(&letters)?;
         singles.iter().try_for_each(free)?;
+        for doubt in singles.iter().filter_map(|single| single.doubt(&letters)) {
+            eprintln!("warning: {doubt}");
+        }
         if self.yes || !singles.is_empty() {
             return Ok(singles);
         }
@@ -185,6 +188,9 @@ impl Arguments {
         for question in questions(machine) {
             singles.extend(self.single(&question, |answer| {
                 let single = question.read(&letters, answer)?;
+                if let Some(doubt) = single.doubt(&letters) {
+                    eprintln!("warning: {doubt}");
+                }
                 free(&single).map(|()| single)
             })?);
         }
