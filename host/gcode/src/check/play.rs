@@ -46,10 +46,11 @@ impl Play {
 
     /// All axes have come to a position, straight from the one before.
     pub fn come_to(&mut self, to: &PerLetter) {
-        for axis in 0..COUNT {
-            let part = 2.0 * (to[axis] - self.at[axis]) / self.lost[axis];
+        let ways = to.iter().zip(&self.at).zip(&self.lost);
+        for (sign, ((to, at), lost)) in self.signs.iter_mut().zip(ways) {
+            let part = 2.0 * (to - at) / lost;
             if part.is_finite() {
-                self.signs[axis] = (self.signs[axis] + part).clamp(-1.0, 1.0);
+                *sign = (*sign + part).clamp(-1.0, 1.0);
             }
         }
         self.at = *to;

@@ -469,7 +469,8 @@ mod tests {
             for _ in 0..FILES {
                 let mut values = |side: f64| -> Vec<String> {
                     let mut value = |k: usize| {
-                        let error = um * if k % 2 == 0 { 1.0 } else { -1.0 } + side * lost / 2.0;
+                        let error =
+                            um * if k.is_multiple_of(2) { 1.0 } else { -1.0 } + side * lost / 2.0;
                         format!("{}", 1e-3 * (error + 0.5 * normal(&mut random)))
                     };
                     (0..6).map(&mut value).collect()

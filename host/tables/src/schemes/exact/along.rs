@@ -9,6 +9,9 @@ use trueaxis_model::machine::PerAxis;
 use trueaxis_model::numbers::ascending;
 use trueaxis_model::parallel;
 
+/// Switches of a component and whether it is even, node, and the bits of the position along a variable.
+type Place = ((u32, bool), usize, u64);
+
 /// One output of one component at fixed values of all other variables.
 #[derive(Clone, Debug)]
 pub struct Column {
@@ -271,8 +274,8 @@ impl Sampler<'_> {
             let component = &components[c.component];
             ((component.on, component.even), c.node, v, c.monomial)
         };
-        // Switches, node, position, monomial and component.
-        let mut missing: Vec<(((u32, bool), usize, u64), usize, usize)> = Vec::new();
+        // With monomial and component.
+        let mut missing: Vec<(Place, usize, usize)> = Vec::new();
         {
             let known = self.memory.known();
             for column in columns {
