@@ -132,8 +132,8 @@ pub fn turned(
     })
 }
 
-/// Readings that count the other way leave less than this part of the squares: with so many degrees of freedom, chance does so
-/// less than once in a thousand.
+/// Readings that count the other way leave less than this part of the squares, with so many degrees of freedom at least: half
+/// the residuals, where noise alone varies by a fifth.
 const TURNED: f64 = 0.25;
 const ENOUGH: usize = 15;
 

@@ -7,7 +7,8 @@ use trueaxis_identify::formats::observations::Observations;
 use trueaxis_identify::formats::probings::Probings;
 use trueaxis_identify::simulate::Disturbances;
 use trueaxis_identify::{
-    Checked, IdentifyError, IdentifyOptions, Model, Problem, TrendAlong, honesty, identify, snoop,
+    Checked, Honesty, IdentifyError, IdentifyOptions, Model, Problem, TrendAlong, honesty,
+    identify, snoop,
 };
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, ParameterKind};
 use trueaxis_tests::probed::Case;
@@ -168,7 +169,7 @@ fn a_bar_of_another_length_altogether_is_an_error() {
     assert!(error.to_string().contains("1 to 2 is"), "{error}");
 }
 
-fn checks(case: &Case, measured: &Probings, model: &str) -> Vec<Checked> {
+fn honest(case: &Case, measured: &Probings, model: &str) -> Honesty {
     let identified = case.found(model, measured, IdentifyOptions::default());
     let perfect = ErrorModel::perfect(&case.machine);
     let parameters = &identified.looked_for;
@@ -179,7 +180,11 @@ fn checks(case: &Case, measured: &Probings, model: &str) -> Vec<Checked> {
         parameters,
         &perfect,
     );
-    honesty(&problem, measured, &identified).checks
+    honesty(&problem, measured, &identified)
+}
+
+fn checks(case: &Case, measured: &Probings, model: &str) -> Vec<Checked> {
+    honest(case, measured, model).checks
 }
 
 /// Visits the balls in turn, so that drift does not resemble a displaced ball.
@@ -231,17 +236,7 @@ fn neighbouring_rows_are_alike_where_the_machine_drifts_to_and_fro() {
     in_turn(&mut case);
     // Whether rows are alike, and whether that or a trend is said.
     let said = |measured: &Probings| {
-        let identified = case.found("10", measured, IdentifyOptions::default());
-        let perfect = ErrorModel::perfect(&case.machine);
-        let parameters = &identified.looked_for;
-        let problem = Problem::new(
-            &case.machine,
-            measured,
-            &case.artefact,
-            parameters,
-            &perfect,
-        );
-        let found = honesty(&problem, measured, &identified);
+        let found = honest(&case, measured, "10");
         let trend = found.checks.iter().any(|check| check.warning().is_some());
         (
             found.alike.is_some(),
@@ -268,6 +263,23 @@ fn neighbouring_rows_are_alike_where_the_machine_drifts_to_and_fro() {
     }
     // Chance gives one in a thousand: two of twenty, once in five thousand times.
     assert!(false_alarms < 2, "{false_alarms}");
+}
+
+#[test]
+fn a_stated_noise_that_is_too_large_hides_no_misfit() {
+    let case = Case::new("kolibri", "errors-10.toml");
+    for (sigma, least) in [(1e-3, 0.0), (3e-3, 0.9e-3)] {
+        let mut measured = case.noisy(1);
+        for row in &mut measured.rows {
+            row.sigma = Some(sigma);
+        }
+        let identified = case.found("10", &measured, IdentifyOptions::default());
+        let written = case.written(&measured, &Observations::default(), &identified, None);
+        // All of the 1 µm of residuals, as if nothing were stated; what is stated rightly leaves little of it.
+        let misfit = written.misfit.unwrap();
+        assert!((least..1.1e-3).contains(&misfit), "{sigma}: {misfit}");
+        assert!(least > 0.0 || misfit < 0.5e-3, "{sigma}: {misfit}");
+    }
 }
 
 #[test]
@@ -320,17 +332,7 @@ fn what_repeats_is_less_than_what_is_left_if_the_model_lacks_something() {
     for (size, is_less) in [(0.0, false), (2e-6, true)] {
         assert!(case.errors.set(&case.machine, bend, size));
         let measured = case.noisy(3);
-        let identified = case.found("10", &measured, IdentifyOptions::default());
-        let perfect = ErrorModel::perfect(&case.machine);
-        let parameters = &identified.looked_for;
-        let problem = Problem::new(
-            &case.machine,
-            &measured,
-            &case.artefact,
-            parameters,
-            &perfect,
-        );
-        let found = honesty(&problem, &measured, &identified);
+        let found = honest(&case, &measured, "10");
         let repeats = found.repeats.unwrap();
         assert_eq!((repeats.places, repeats.freedom), (42, 126));
         // A standard deviation with 126 degrees of freedom is known to 6 %: four times that.

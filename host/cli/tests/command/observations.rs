@@ -92,6 +92,26 @@ fn instruments_alone_and_files_of_runs_and_circles_are_read() {
             {circle}"
     ));
     let out = folder.at("errors.toml");
+    // The same test elsewhere, or of another machine.
+    let text = std::fs::read_to_string(&circle).unwrap();
+    for (line, with, said) in [
+        (
+            "# radius_mm = ",
+            "# radius_mm = 9000.0 #",
+            "of the test is outside the travel",
+        ),
+        (
+            "# machine = ",
+            "# machine = \"Other\" #",
+            "this was measured on `Other`",
+        ),
+    ] {
+        assert!(text.contains(line), "{text}");
+        let wrong = folder.file("wrong.csv", text.replacen(line, with, 1));
+        let arguments = ["identify", &machine, &wrong, "--model", "EC0X", "-o", &out];
+        refused(&arguments, &[said]);
+    }
+    let out = folder.at("errors.toml");
     let found = json(&format!(
         "identify {machine} --observations {laser} {square} {circle} --model \
             EXX1,EYY1,EC0X -o {out}"

@@ -2,6 +2,7 @@
 
 use super::sense;
 use crate::MeasurementSetup;
+use crate::formats::of_this_machine;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -103,17 +104,8 @@ type AxisReading<'a> = (&'a Spanned<String>, &'a Spanned<String>);
 
 impl RunEntries {
     fn heading(&self, machine: &Machine, needs_place: bool) -> Result<RunHeading, FileError> {
-        let name = self.machine.as_ref();
-        if let Some(name) = name.filter(|n| *n.get_ref() != machine.name) {
-            return Err(FileError::here(
-                name.span(),
-                format!(
-                    "this was measured on `{}`, the machine is `{}`",
-                    name.get_ref(),
-                    machine.name
-                ),
-                "give the machine file of this name, or correct the name if it is the same machine",
-            ));
+        if let Some(name) = &self.machine {
+            of_this_machine(name.span(), name.get_ref(), machine)?;
         }
         let mut setups = Vec::new();
         for (axis, reads) in self.lines()? {

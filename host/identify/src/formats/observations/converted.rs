@@ -3,6 +3,7 @@
 use super::{InstrumentSetup, Observation, Observations, PlacePrior, ToolPoint};
 use crate::instrument::{Kind, SetupPriors};
 use nalgebra::{Matrix3, Vector3};
+use trueaxis_direct::formats::of_this_machine;
 use trueaxis_direct::formats::radii::{Radii, RadiusReadings};
 use trueaxis_direct::formats::runs;
 use trueaxis_direct::{AxisRuns, MeasuredRuns};
@@ -178,19 +179,8 @@ pub fn of_radii(
     let plane: Option<Vec<usize>> = letters.map(linear).collect();
     let plane = plane.and_then(|axes| <[usize; 2]>::try_from(axes).ok());
     let all_three = ['X', 'Y', 'Z'].map(linear);
-    if let Some((span, name)) = radii
-        .machine
-        .as_ref()
-        .filter(|(_, name)| *name != machine.name)
-    {
-        return Err(FileError::here(
-            span.clone(),
-            format!(
-                "this was measured on `{name}`, the machine is `{}`",
-                machine.name
-            ),
-            "give the machine file of this name, or correct the name if it is the same machine",
-        ));
+    if let Some((span, name)) = &radii.machine {
+        of_this_machine(span.clone(), name, machine)?;
     }
     let missing = || {
         let example: Vec<String> = (machine.axes.iter())
