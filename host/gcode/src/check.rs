@@ -267,7 +267,7 @@ impl Check<'_> {
         if self.axes_turn() {
             let back = along.field.axes(&before.state.position.at);
             let back = back.map_err(|_| CheckError::Outside(before.number()))?;
-            self.ways.come_to(self.tables, &back);
+            self.ways.come_to(self.tables, &along.field.middle(&back));
         }
         Ok(())
     }

@@ -1,9 +1,14 @@
 //! The compensation, at positions of a program's axes.
 
-use super::axes::{self, COUNT, PerLetter};
+use super::axes::{self, COUNT, PerLetter, is_rotary};
 use super::bend::Bend;
+use super::interpret::bits;
 use trueaxis::{AuxiliaryKind, Direction, Inputs, Largest, Travel, Travelling, Weights};
 
+/// The smallest reversal threshold that differs from none (mm, degrees).
+pub(crate) const FINEST: f64 = 1e-3;
+/// What does not count, in parts of a reversal threshold: as small as rounding words makes borderline cases anyway.
+pub(crate) const OF_THRESHOLD: f64 = 0.02;
 /// Most axes of a blob.
 const MOST: usize = 16;
 
@@ -127,6 +132,18 @@ impl<'a> Tables<'a> {
         }
     }
 
+    /// True if corrections along a straight move by so much cannot turn any axis round between its ends, but for a part of its
+    /// reversal threshold that does not count.
+    #[must_use]
+    pub fn keeps_straight(&self, by: &PerLetter) -> bool {
+        let [linear, rotary] = self.bend.at_most(&by.map(f64::abs));
+        let counts = |axis: usize| {
+            let bend = if is_rotary(axis) { rotary } else { linear };
+            bend > OF_THRESHOLD * self.reversal_threshold[axis].max(FINEST)
+        };
+        !bits(self.directional).any(counts)
+    }
+
     /// Corrections (mm, degrees) at positions, before any limit; sensors at their references.
     #[must_use]
     pub fn at(&self, q: &PerLetter, travel: &[Travel; COUNT], length: f64) -> PerLetter {
@@ -151,6 +168,15 @@ impl<'a> Tables<'a> {
             dq[*letter] = f64::from(all[number]);
         }
         dq
+    }
+
+    /// Where axes are commanded to (mm, degrees) as far as directions of travel do not change it: positions with the mean of
+    /// the corrections for both directions. Lost motion is taken up by the way that these go, not by the way of the program.
+    #[must_use]
+    pub fn middle(&self, q: &PerLetter, length: f64) -> PerLetter {
+        let towards = |way| self.at(q, &[way; COUNT], length);
+        let [up, down] = [Travel::Positive, Travel::Negative].map(towards);
+        std::array::from_fn(|i| q[i] + 0.5 * (up[i] + down[i]))
     }
 
     /// The first axis that is out of its travel, or too far away for the tables, with its limits.

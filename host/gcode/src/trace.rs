@@ -122,6 +122,15 @@ impl Field<'_> {
         }
     }
 
+    /// Where the axes are commanded to at a position, whichever way they travel: what tells the way itself.
+    pub(crate) fn middle(&self, q: &PerLetter) -> PerLetter {
+        match self.length {
+            _ if self.tables.directional == 0 => *q,
+            None if self.tables.takes_length => *q,
+            length => self.tables.middle(q, length.unwrap_or(0.0)),
+        }
+    }
+
     /// The corrected command at a commanded position.
     ///
     /// # Errors

@@ -1,4 +1,5 @@
-//! The direction in which each axis last moved.
+//! The direction in which each axis last moved, with its correction: an axis that the program holds still goes back and forth
+//! with that, and takes up its lost motion.
 
 use super::axes::{COUNT, PerLetter, Position};
 use super::interpret::bits;
@@ -11,7 +12,7 @@ pub struct TravelDirections {
     reversals: [Reversal; COUNT],
     /// As [`Reversal`] tells.
     pub travel: [Travel; COUNT],
-    /// Where they have come to; NaN where that is not known.
+    /// Where they are commanded to, whichever way they travel; NaN where that is not known.
     last: PerLetter,
 }
 
@@ -71,16 +72,17 @@ impl TravelDirections {
         self.axis_at(tables, axis, q);
     }
 
-    /// Takes a straight move to a position in, if no axis turns round on it; otherwise nothing, and false.
-    pub fn goes_on(&mut self, tables: &Tables<'_>, to: &PerLetter) -> bool {
+    /// Takes a straight move to where axes are commanded to in, along which corrections hardly bend, if no axis turns round on it; otherwise
+    /// nothing, and false.
+    pub fn goes_on(&mut self, tables: &Tables<'_>, at: &PerLetter) -> bool {
         if tables.directional == 0 {
-            self.last = *to;
+            self.last = *at;
             return true;
         }
         let mut ways = self.clone();
-        ways.come_to(tables, to);
+        ways.come_to(tables, at);
         let keeps = bits(tables.directional).all(|axis| {
-            let by = (to[axis] - self.last[axis]).abs();
+            let by = (ways.last[axis] - self.last[axis]).abs();
             // More than half a turn of an endless axis would look like less, the other way.
             let is_plain = tables.period[axis] == 0.0 || by < 0.25 * tables.period[axis];
             let way = ways.travel[axis];
@@ -92,12 +94,12 @@ impl TravelDirections {
         keeps
     }
 
-    /// The axes have come to a position, straight from the one before.
-    pub(crate) fn come_to(&mut self, tables: &Tables<'_>, q: &PerLetter) {
+    /// The axes have come to where they are commanded to, whichever way they travel, straight from the place before.
+    pub(crate) fn come_to(&mut self, tables: &Tables<'_>, at: &PerLetter) {
         for axis in bits(tables.directional) {
-            self.axis_to(tables, axis, q[axis]);
+            self.axis_to(tables, axis, at[axis]);
         }
-        self.last = *q;
+        self.last = *at;
     }
 
     /// Which way an axis comes is no longer known, nor where from.

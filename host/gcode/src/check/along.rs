@@ -121,7 +121,8 @@ impl<'s> Along<'s> {
     /// From an unknown place.
     fn arrive(&self, segment: &Segment, ways: &mut TravelDirections) -> Result<Vec<Stretch>, Lost> {
         if self.field.turns {
-            ways.come_to(self.field.tables, &self.field.axes(&segment.to())?);
+            let q = self.field.axes(&segment.to())?;
+            ways.come_to(self.field.tables, &self.field.middle(&q));
         }
         Ok(vec![Stretch {
             from: 0.0,
@@ -181,7 +182,7 @@ impl<'c> Check<'c> {
         let node = along.field.node(t, &segment.path.at(t), &travel);
         let node = node.map_err(|_| CheckError::Outside(segment.line))?;
         self.is_near(u16::MAX, segment, &written.to(), &node.to)?;
-        self.plays(&along.field, &written.to());
+        self.plays(&along.field, &written.path);
         self.found
             .takes(1, written.rate, written.minutes(self.rules.dialect));
         Ok(())
@@ -214,7 +215,9 @@ impl<'c> Check<'c> {
         if is_path {
             self.samples(along, segment, written, t)?;
         }
-        self.plays(&along.field, &written.to());
+        if !is_path {
+            self.plays(&along.field, &written.path);
+        }
         let due = segment.due | written.due;
         let end = along.place(t)?;
         self.is_near(due, segment, &written.to(), &end.to)?;
@@ -367,7 +370,7 @@ impl<'c> Check<'c> {
 }
 
 /// At how many places a written path is looked at.
-fn samples_of(path: &Path) -> usize {
+pub(super) fn samples_of(path: &Path) -> usize {
     let by = path.by();
     let straight: f64 = by[..6].iter().map(|d| d.abs()).sum();
     let (arc, turns) = match path {

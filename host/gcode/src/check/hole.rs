@@ -48,8 +48,8 @@ impl Check<'_> {
             };
             if field.turns {
                 let over = hole[cycle.axes[2]].max(cycle.r);
-                self.ways.come_to(self.tables, &pair.place(over));
-                self.ways.come_to(self.tables, &pair.place(cycle.bottom));
+                self.come_to(&field, &pair.place(over));
+                self.come_to(&field, &pair.place(cycle.bottom));
             }
             let bottom = field.node(1.0, &pair.place(cycle.bottom), &self.ways.travel);
             let bottom = bottom.map_err(|_| CheckError::Outside(line))?;
@@ -60,10 +60,15 @@ impl Check<'_> {
             }
             self.along_hole(&pair, &field, &segment)?;
             if field.turns {
-                self.ways.come_to(self.tables, &pair.place(cycle.clear()));
+                self.come_to(&field, &pair.place(cycle.clear()));
             }
         }
         Ok(())
+    }
+
+    /// The axes have come to a place of a hole.
+    fn come_to(&mut self, field: &Field<'_>, place: &PerLetter) {
+        self.ways.come_to(self.tables, &field.middle(place));
     }
 
     /// How far a hole is off between R and its bottom.

@@ -2,10 +2,11 @@
 //! holds still, and so reverse it without a reversal of the program.
 
 use super::Check;
+use super::along::samples_of;
 use crate::axes::{COUNT, PerLetter};
 use crate::interpret::bits;
 use crate::tables::Tables;
-use crate::trace::{Field, Travels};
+use crate::trace::{Field, Path, Travels};
 use crate::travel_directions::sign;
 use trueaxis::Travel;
 
@@ -63,10 +64,16 @@ impl Play {
 }
 
 impl Check<'_> {
-    /// The machine has come to a written position.
-    pub(super) fn plays(&mut self, field: &Field<'_>, at: &PerLetter) {
-        if let Ok(at) = field.axes(at) {
-            self.play.come_to(&at);
+    /// The machine has come along a written path. Axes that follow the tip may turn round on it.
+    pub(super) fn plays(&mut self, field: &Field<'_>, path: &Path) {
+        let count = match field.tip {
+            None => 1,
+            Some(_) => samples_of(path),
+        };
+        for k in 1..=count {
+            if let Ok(at) = field.axes(&path.at(k as f64 / count as f64)) {
+                self.play.come_to(&at);
+            }
         }
     }
 }

@@ -20,8 +20,8 @@ pub struct ToolPath {
     pub after_urad: Statistics,
     /// The line of the program with the largest error of the tip after.
     pub worst_line: u64,
-    /// The largest part of the error of the tip after (µm) because the correction itself moves an axis back that the program
-    /// does not turn round, into its lost motion or through it; 0 without reversals.
+    /// The largest part of the error of the tip after (µm) because axes have gone back into their lost motion by less than
+    /// what counts as a reversal; 0 without reversals.
     pub turned_um: f64,
 }
 

@@ -134,7 +134,7 @@ fn hole(
     };
     let come = |ways: &mut TravelDirections, height: f64| {
         if field.turns {
-            ways.come_to(field.tables, &place(height));
+            ways.come_to(field.tables, &field.middle(&place(height)));
         }
     };
     let normal = cycle.axes[2];

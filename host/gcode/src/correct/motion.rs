@@ -76,8 +76,9 @@ impl<'a> Corrector<'a> {
     fn come_back(&mut self) -> Result<(), Lost> {
         let at = self.nominal.position.at;
         if self.axes_turn() {
-            let q = self.field().axes(&at)?;
-            self.ways.come_to(self.tables, &q);
+            let field = self.field();
+            let q = field.axes(&at)?;
+            self.ways.come_to(self.tables, &field.middle(&q));
         }
         Ok(())
     }

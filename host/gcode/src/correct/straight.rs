@@ -38,7 +38,7 @@ impl Corrector<'_> {
         if is_end_alone || self.goes_on_without_cut(straight) {
             if !is_known {
                 self.arrive(to)?;
-            } else if is_rapid && !stands {
+            } else if is_end_alone {
                 self.stretches(&path)?;
             }
             let end = self.end(to, held, is_rapid && straight.machine)?;
@@ -82,9 +82,10 @@ impl Corrector<'_> {
 
     /// The axes arrive at a place from an unknown one.
     fn arrive(&mut self, to: &PerLetter) -> Result<(), Lost> {
-        let q = self.field().axes(to)?;
+        let field = self.field();
+        let q = field.axes(to)?;
         if self.axes_turn() {
-            self.ways.come_to(self.tables, &q);
+            self.ways.come_to(self.tables, &field.middle(&q));
         }
         self.knows_directions()
     }
@@ -107,7 +108,11 @@ impl Corrector<'_> {
             return false;
         }
         let by = std::array::from_fn(|i| (straight.to[i] - straight.from.at[i]).abs());
-        self.bends_little(&by) && self.ways.goes_on(self.tables, &straight.to)
+        if !self.bends_little(&by) {
+            return false;
+        }
+        let at = self.field().middle(&straight.to);
+        self.ways.goes_on(self.tables, &at)
     }
 
     /// True if corrections along a move by so much (not negative) certainly keep the straight line between their ends.
@@ -118,7 +123,10 @@ impl Corrector<'_> {
             return true;
         }
         let limits = self.limits();
-        let keeps = |by: &PerLetter| limits.of_lengths(self.tables.bend.at_most(by)) <= SURELY;
+        let keeps = |by: &PerLetter| {
+            limits.of_lengths(self.tables.bend.at_most(by)) <= SURELY
+                && self.tables.keeps_straight(by)
+        };
         if !keeps(by) {
             return false;
         }

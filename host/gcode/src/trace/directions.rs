@@ -1,11 +1,13 @@
 //! Directions of travel along a path, and where on it an axis reverses.
 //!
-//! An axis has reversed once it has come back by more than its reversal threshold. The reversal itself is where it came back
+//! Directions are those of the axes with their corrections ([`Tables::middle`](crate::tables::Tables::middle)): a correction
+//! may move an axis back that the program holds still. An axis has reversed once it has come back by more than its reversal threshold. The reversal itself is where it came back
 //! from: the corrected path steps there, not where the reversal threshold is used up.
 
-use super::{Field, Lost, Path, Travels};
+use super::{Field, Lost, MOST_PARTS, Path, Travels};
 use crate::axes::PerLetter;
 use crate::interpret::bits;
+use crate::tables::{FINEST, OF_THRESHOLD};
 use crate::travel_directions::{TravelDirections, opposite, sign};
 use trueaxis_model::numbers::{ascending, by};
 
@@ -20,14 +22,12 @@ pub struct Stretch {
     pub travel: Travels,
 }
 
-/// Parts that a path of the tip, or an arc while other axes move, is looked at in.
+/// Parts that a path of the tip is looked at in, at least.
 const PARTS: usize = 64;
 /// A part is halved so often at most.
 const HALVINGS: u32 = 8;
-/// The smallest reversal threshold that differs from none (mm, degrees).
-const FINEST: f64 = 1e-3;
 
-/// A place on the path: the part of the way, and the axes.
+/// A place on the path: the part of the way, and where the axes are commanded to, whichever way they travel.
 type Place = (f64, PerLetter);
 
 impl Field<'_> {
@@ -81,9 +81,9 @@ impl Field<'_> {
         let mut reversals: Vec<(f64, usize)> = Vec::new();
         // Where each axis last began to go its way, on this path.
         let mut since = [0; crate::axes::COUNT];
-        for (k, (_, q)) in places.iter().enumerate().skip(1) {
+        for (k, (_, at)) in places.iter().enumerate().skip(1) {
             let before = ways.travel;
-            ways.come_to(self.tables, q);
+            ways.come_to(self.tables, at);
             for axis in bits(directional).filter(|axis| ways.travel[*axis] != before[*axis]) {
                 let way = sign(ways.travel[axis]);
                 // The farthest place in the direction before.
@@ -102,26 +102,35 @@ impl Field<'_> {
 
     /// Places of a path, between which no axis turns round and back by what counts.
     fn places(&self, path: &Path) -> Result<Vec<Place>, Lost> {
-        let place = |t: f64| Ok((t, self.axes(&path.at(t))?));
+        let place = |t: f64| self.place(path, t);
         let first = place(0.0)?;
         let mut places = vec![first];
-        let mut parts: Vec<f64> = match (path, self.tip) {
-            (Path::Line(..), None) => Vec::new(),
-            (Path::Arc(_), None) => Vec::new(),
-            _ => (1..PARTS).map(|k| k as f64 / PARTS as f64).collect(),
+        let parts = self.parts(path).min(MOST_PARTS);
+        let (count, halvings) = match (self.tip, path) {
+            (Some(_), _) => (parts.max(PARTS), HALVINGS),
+            (None, Path::Line(..)) if self.tables.keeps_straight(&path.by()) => (1, 0),
+            (None, Path::Line(..)) => (parts, HALVINGS),
+            // Where it turns axes round is known.
+            (None, Path::Arc(_)) => (parts, 0),
         };
+        let mut parts: Vec<f64> = (1..count).map(|k| k as f64 / count as f64).collect();
         if let Path::Arc(arc) = path {
             parts.extend(arc.turns_round());
             ascending(&mut parts);
         }
         parts.push(1.0);
         for t in parts {
-            self.bent(path, place(t)?, HALVINGS, &mut places)?;
+            self.bent(path, place(t)?, halvings, &mut places)?;
         }
         Ok(places)
     }
 
-    /// Adds a place, and others before it where axes that follow the tip may turn round in between.
+    /// The place at a part of the way.
+    fn place(&self, path: &Path, t: f64) -> Result<Place, Lost> {
+        Ok((t, self.middle(&self.axes(&path.at(t))?)))
+    }
+
+    /// Adds a place, and others before it where axes may turn round in between.
     fn bent(
         &self,
         path: &Path,
@@ -129,19 +138,18 @@ impl Field<'_> {
         halvings: u32,
         places: &mut Vec<Place>,
     ) -> Result<(), Lost> {
-        if let (Some(_), Some(from)) = (self.tip, places.last().copied())
+        if let Some(from) = places.last().copied()
             && halvings > 0
         {
-            let t = 0.5 * (from.0 + to.0);
-            let q = self.axes(&path.at(t))?;
+            let middle = self.place(path, 0.5 * (from.0 + to.0))?;
             let is_bent = bits(self.tables.directional).any(|i| {
-                let off = (q[i] - 0.5 * (from.1[i] + to.1[i])).abs();
+                let off = (middle.1[i] - 0.5 * (from.1[i] + to.1[i])).abs();
                 // A parabola goes back within it if its ends differ by less than 4 times as much.
                 let may_turn = (to.1[i] - from.1[i]).abs() < 8.0 * off;
-                may_turn && off > 0.02 * self.tables.reversal_threshold[i].max(FINEST)
+                may_turn && off > OF_THRESHOLD * self.tables.reversal_threshold[i].max(FINEST)
             });
             if is_bent {
-                self.bent(path, (t, q), halvings - 1, places)?;
+                self.bent(path, middle, halvings - 1, places)?;
                 return self.bent(path, to, halvings - 1, places);
             }
         }

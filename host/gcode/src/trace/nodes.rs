@@ -62,7 +62,7 @@ impl Field<'_> {
     }
 
     /// How many parts a path needs so that no interval of the tables is passed over.
-    fn parts(&self, path: &Path) -> usize {
+    pub(super) fn parts(&self, path: &Path) -> usize {
         let by = path.by();
         let spacing = &self.tables.spacing;
         let mut parts = 0.0_f64;

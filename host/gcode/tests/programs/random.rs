@@ -155,9 +155,14 @@ pub fn try_one(
     };
     let rounding = (options.coarsest_rounding() + 500.0 * options.angle_rounding()) * 1e3;
     let allowed = (options.tolerance * 1e3 + chord + rounding).max(found.hole_um);
-    // A step that is blended into a move or left out is not on the path. Reversals that the correction commands are no fault of
-    // the path.
+    // A step that is blended into a move or left out is not on the path. What goes back by no more than its reversal threshold
+    // stays in its lost motion.
     if let (Some(path), Backlash::Move) = (&found.tool_path, options.backlash) {
+        assert!(
+            path.turned_um <= unturned_um(tables),
+            "{found:?} {}",
+            shown()
+        );
         assert!(
             path.after_um.max <= allowed + bench.own + path.turned_um,
             "{found:?} {}",
@@ -165,6 +170,16 @@ pub fn try_one(
         );
     }
     Ok(found)
+}
+
+/// What axes make at the tip that each go back by their reversal threshold (µm), half a metre from it.
+fn unturned_um(tables: &Tables<'_>) -> f64 {
+    let thresholds = tables.reversal_threshold.iter().enumerate();
+    let parts = thresholds.map(|(axis, back)| match axis {
+        3..6 => (500.0 * back.to_radians()).powi(2),
+        _ => back * back,
+    });
+    parts.sum::<f64>().sqrt() * 1e3
 }
 
 /// Corrects and checks so many programs with these options.

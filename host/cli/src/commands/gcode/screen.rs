@@ -313,7 +313,7 @@ fn tool(path: &ToolPath, [read, written]: [u64; 2]) -> String {
     // Less is not worth a line.
     if path.turned_um >= 0.5 {
         text += &format!(
-            "  up to {:.1} µm after, because the correction moves an axis back that the program does not turn round\n",
+            "  up to {:.1} µm after, because axes go back by no more than their reversal threshold\n",
             path.turned_um
         );
     }

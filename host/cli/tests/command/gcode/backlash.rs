@@ -409,3 +409,52 @@ fn the_manual_says_how_many_lines_backlash_adds() {
     let manual = include_str!("../../../../../docs/src/gcode.md");
     assert!(manual.contains(&table), "the manual should have\n{table}");
 }
+
+/// Where Y really is: it follows what is written but for its lost motion.
+fn follow(actual: &mut f64, written: f64, lost: f64) {
+    *actual = actual.clamp(written - 0.5 * lost, written + 0.5 * lost);
+}
+
+#[test]
+fn an_axis_that_the_program_holds_still_takes_its_lost_motion_up_where_its_correction_goes_back() {
+    let folder = Folder::new();
+    let [machine, error] = [example("mill-21/machine.toml"), folder.at("errors.toml")];
+    // Along X, Y is to go 40 µm up and down again, and has a lost motion of 30 µm.
+    let bow = "machine = \"Mill with 21 errors\"\n[parameters]\nEYYb = 0.015\n[tabulated.EYX]\nat = [0.0, 250.0, 500.0]\nvalue = [0.0, 0.04, 0.0]\n";
+    folder.file("errors.toml", bow);
+    let [blob, out] = ["bow.trax", "out.ngc"].map(|name| folder.at(name));
+    answer(0, &["compile", &machine, &error, "-o", &blob]);
+    let setup = folder.file("setup.toml", SETUP);
+    let part = folder.file(
+        "part.ngc",
+        "G21 G90 G94\nG0 X-90 Y0 Z60\nG0 Y10\nG1 X390 F800\nG1 X-90\nG0 Y20\nM30\n",
+    );
+    let fixed = ["gcode", &part, "-o", &out, "--compensation", &blob];
+    let told = ["--setup", &setup, "--machine", &machine, "--errors", &error];
+    let more = ["--check", "--json"];
+    let said = answer(0, &[&fixed[..], &told, &more].concat());
+    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let path = &said["check"]["tool_path"];
+    // 0.5 µm of tolerance, 0.1 of the tables, and Y may go back by its reversal threshold of 1 µm before it counts.
+    let left = path["after_um"]["max"].as_f64().unwrap();
+    assert!(left < 1.6, "{said}");
+    let text = std::fs::read_to_string(&out).unwrap();
+    let word = |line: &str, letter: char| -> Option<f64> {
+        let mut words = line.split_whitespace();
+        words.find_map(|word| word.strip_prefix(letter)?.parse().ok())
+    };
+    let (mut x, mut y, mut actual, mut cuts) = (0.0, 0.0, -1.0, 0);
+    for line in text.lines().filter(|line| !line.starts_with('(')) {
+        let along = word(line, 'X').is_some_and(|to: f64| (to - x).abs() > 1.0);
+        x = word(line, 'X').unwrap_or(x);
+        y = word(line, 'Y').unwrap_or(y);
+        follow(&mut actual, y, 0.03);
+        if (9.0..11.0).contains(&y) && along {
+            // G54 begins at X = 100; X carries the workpiece, so the tip is EYX less far on it.
+            let tip = actual - 0.04 * (1.0 - (x + 100.0 - 250.0).abs() / 250.0);
+            assert!((tip - 10.0).abs() < 1.6e-3, "{line}: {tip}\n{text}");
+            cuts += 1;
+        }
+    }
+    assert!(cuts > 2, "{text}");
+}
