@@ -3,6 +3,22 @@
 // The page for browsers calls a part of the commands.
 #![cfg_attr(target_family = "wasm", allow(dead_code))]
 
+/// Like that of the standard library, which panics once nobody reads the pipe any more.
+macro_rules! eprint {
+    ($($part:tt)*) => {{
+        use std::io::Write;
+        let _ = write!(std::io::stderr(), $($part)*);
+    }};
+}
+
+/// Likewise.
+macro_rules! eprintln {
+    ($($part:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stderr(), $($part)*);
+    }};
+}
+
 mod commands;
 
 use std::process::ExitCode;

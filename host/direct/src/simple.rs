@@ -127,15 +127,13 @@ fn linear(letters: &[char], letter: char) -> Option<usize> {
 
 /// Reads `X=2/100`: axes and the slope.
 fn sloped(known: &[char], text: &str, axes: usize) -> Result<(Vec<usize>, f64), ReadingError> {
-    let wrong = || {
-        let example = ["X=2/100", "XY=3/100"][axes - 1];
-        ReadingError {
-            what: format!("`{text}` is not of the form {example}"),
-            remedy: match text.contains(',') {
-                true => format!("write a decimal point: {}", text.replace(',', ".")),
-                false => format!("give linear axes of the machine, µm and mm: {example}"),
-            },
-        }
+    let example = ["X=2/100", "XY=3/100"][axes - 1];
+    let wrong = || ReadingError {
+        what: format!("`{text}` is not of the form {example}"),
+        remedy: match text.contains(',') {
+            true => format!("write a decimal point: {}", text.replace(',', ".")),
+            false => format!("give linear axes of the machine, µm and mm: {example}"),
+        },
     };
     let finite = |text: &str| text.trim().parse().ok().filter(|v: &f64| v.is_finite());
     let (letters, reading) = text.split_once('=').ok_or_else(wrong)?;
@@ -144,9 +142,23 @@ fn sloped(known: &[char], text: &str, axes: usize) -> Result<(Vec<usize>, f64), 
     let found: Option<Vec<usize>> = letters.trim().chars().map(|l| linear(known, l)).collect();
     let found = found.filter(|found| found.len() == axes);
     let found = found.ok_or_else(wrong)?;
+    if mm <= 0.0 || axes == 2 && found[0] == found[1] {
+        return Err(wrong());
+    }
     let slope = um * 1e-3 / mm;
-    let is_possible = mm > 0.0 && slope.abs() < LARGEST && (axes == 1 || found[0] != found[1]);
-    is_possible.then_some((found, slope)).ok_or_else(wrong)
+    if slope.abs() < LARGEST {
+        return Ok((found, slope));
+    }
+    Err(ReadingError {
+        what: format!(
+            "`{text}` is {um} µm in {mm} mm: {:.0} mm per m",
+            1e3 * slope
+        ),
+        remedy: format!(
+            "give µm before the slash and mm behind it, as in {example}; no machine is off by {:.0} mm per m",
+            1e3 * LARGEST
+        ),
+    })
 }
 
 /// How far a spindle grows with the temperature of a sensor: how much nearer its nose comes to the table.

@@ -70,6 +70,7 @@ pub fn doubts(
         }
     }
     doubts.extend((motions.iter()).filter_map(|motion| gap(machine, motion)));
+    doubts.extend((motions.iter()).filter_map(|motion| hardly_covered(machine, motion)));
     doubts.extend(counted_twice(machine, errors));
     doubts
 }
@@ -95,6 +96,25 @@ fn gap(machine: &Machine, motion: &FoundMotion) -> Option<Doubt> {
             gap.to_degrees()
         ),
         remedy: "measure the whole turn if that matters",
+    })
+}
+
+/// Targets over less than this part of a linear travel: inches that are taken for mm cover a twenty-fifth.
+const COVERED: f64 = 0.1;
+
+/// A linear axis that was measured over a small part of its travel.
+fn hardly_covered(machine: &Machine, motion: &FoundMotion) -> Option<Doubt> {
+    let axis = &machine.axes[motion.axis];
+    let travel = axis.travel[1] - axis.travel[0];
+    let covered = motion.at[motion.at.len() - 1] - motion.at[0];
+    let is_linear = !axis.letter.is_rotary();
+    (is_linear && covered < COVERED * travel).then(|| Doubt {
+        file: Some(motion.from),
+        what: format!(
+            "{} was measured over {covered:.1} of {travel:.0} mm, and is taken for constant beyond",
+            motion.name(machine),
+        ),
+        remedy: "write the targets in mm, if they are not; otherwise measure the whole travel",
     })
 }
 

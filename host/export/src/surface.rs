@@ -57,6 +57,12 @@ pub fn read(text: &str) -> Result<(HeightMap, Format), FileError> {
         return Ok((candle::read(text)?, Format::Candle));
     }
     let (points, format) = rows::read(text)?;
+    if points.is_empty() {
+        return Err(FileError::whole(
+            "no points",
+            "give rows of X, Y and Z, or a map of bCNC, Candle or OpenCNCPilot",
+        ));
+    }
     Ok((gridded(&points)?, format))
 }
 

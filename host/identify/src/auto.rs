@@ -186,6 +186,56 @@ impl AutoInputs<'_> {
         groups
     }
 
+    /// True if another motion explains the readings as well as a parameter of a result does, and puts the tip elsewhere over
+    /// the travel by more than the result claims to be off: with one circle, a screw that bends and an axis that yaws are the
+    /// same. What the simplest model has is no matter of choice.
+    fn is_ambiguous(
+        &self,
+        of: &Identified,
+        simplest: &[Parameter],
+        weights: &EquationWeights,
+        directions: &[bool],
+    ) -> bool {
+        let forms = RotationForm::of(self.measured.machine);
+        let mut others: Vec<Parameter> = self.groups(forms, directions).concat();
+        others.sort_unstable();
+        others.dedup();
+        others.retain(|p| !of.looked_for.contains(p) && self.is_allowed(p));
+        let problem = self.measured.problem(&of.looked_for);
+        let kept = of.place.factor.unknowns().iter();
+        let mut unknowns: Vec<Unknown> = kept.map(|i| problem.unknowns[*i]).collect();
+        let all: Vec<usize> = (0..unknowns.len()).collect();
+        unknowns.extend(others.iter().copied().map(Unknown::Parameter));
+        let elsewhere = Elsewhere::new(&problem, &of.place.estimate, weights, &unknowns);
+        let Some(elsewhere) = elsewhere else {
+            return false;
+        };
+        let this = elsewhere.predicted(&all);
+        let shows = SHOWS * SHOWS * elsewhere.variance(&all);
+        let is_chosen = |i: &&usize| match unknowns[**i] {
+            Unknown::Parameter(parameter) => !simplest.contains(&parameter),
+            _ => false,
+        };
+        all.iter().filter(is_chosen).any(|own| {
+            let rest: Vec<usize> = all.iter().copied().filter(|i| i != own).collect();
+            let motion = |i: usize| unknowns[i].parameter().map(|(p, _)| (p.axis, p.component));
+            let others = (all.len()..unknowns.len()).filter(|i| motion(*i) != motion(*own));
+            let one = std::iter::once(*own).chain(others);
+            let groups: Vec<Vec<usize>> = one.map(|i| vec![i]).collect();
+            let gains = elsewhere.gains(&rest, &groups);
+            if gains[0] < shows {
+                return false;
+            }
+            let order = order(&gains.iter().map(|gain| -gain).collect::<Vec<_>>());
+            let is_rival = |i: &&usize| **i > 0 && gains[**i] >= AS_GOOD * gains[0];
+            let rivals = order.iter().filter(is_rival);
+            rivals.take(TRIED).any(|i| {
+                let other = elsewhere.predicted(&[&rest[..], &groups[*i]].concat());
+                other.contradicts(&this)
+            })
+        })
+    }
+
     /// What is worth being added to the parameters of a result: one error motion up to one degree, or one location or scale,
     /// after the other.
     fn added(
@@ -251,6 +301,10 @@ fn grown(elsewhere: &Elsewhere, groups: &[Vec<usize>], first: usize) -> Vec<usiz
     taken[first..worth].to_vec()
 }
 
+/// Something else is as good if it explains this part of what a parameter explains.
+const AS_GOOD: f64 = 0.95;
+/// What explains less than these many standard deviations may be chance.
+const SHOWS: f64 = 4.0;
 /// Tables may reach this part of the measured range beyond it.
 const BEYOND: f64 = 0.1;
 /// Ranges of degrees of an error motion that are added together. Degree 1 of many motions is a location.
@@ -306,7 +360,7 @@ pub fn automatic(
     inputs.measured.observations = &observations;
     let mut tried = TriedModels::simplest(inputs, &directions)?;
     if tried.fewest.is_some() {
-        tried.attempt_others(&directions);
+        tried.attempt_others();
     }
     Ok(tried.chosen)
 }
@@ -314,6 +368,10 @@ pub fn automatic(
 /// The models tried so far.
 struct TriedModels<'a> {
     inputs: AutoInputs<'a>,
+    /// Which axes have rows with a direction of travel.
+    directions: &'a [bool],
+    /// What the simplest model has.
+    simplest: Vec<Parameter>,
     /// How much rows count in all of them.
     weights: EquationWeights,
     /// Predictions by the simplest and by the chosen one.
@@ -323,7 +381,7 @@ struct TriedModels<'a> {
 }
 
 impl<'a> TriedModels<'a> {
-    fn simplest(inputs: AutoInputs<'a>, directions: &[bool]) -> Result<Self, IdentifyError> {
+    fn simplest(inputs: AutoInputs<'a>, directions: &'a [bool]) -> Result<Self, IdentifyError> {
         let Measured {
             machine,
             artefact,
@@ -335,6 +393,8 @@ impl<'a> TriedModels<'a> {
         let (identified, fit, predicted) = inputs.found(&parameters, None)?;
         Ok(Self {
             inputs,
+            directions,
+            simplest: parameters,
             weights: identified.place.weights.clone(),
             fewest: predicted.clone(),
             best: predicted,
@@ -350,7 +410,8 @@ impl<'a> TriedModels<'a> {
         })
     }
 
-    fn attempt_others(&mut self, directions: &[bool]) {
+    fn attempt_others(&mut self) {
+        let directions = self.directions;
         let machine = self.inputs.measured.machine;
         let simplest = self.chosen.identified.clone();
         let forms = RotationForm::of(machine);
@@ -383,6 +444,12 @@ impl<'a> TriedModels<'a> {
             // Without a comparison, no model is better than the simplest.
             if let (Some(this), Some(last), Some(fewest)) = (this, &self.best, &self.fewest)
                 && this.is_better(last, fewest)
+                && !self.inputs.is_ambiguous(
+                    &identified,
+                    &self.simplest,
+                    &self.weights,
+                    self.directions,
+                )
             {
                 self.best = Some(this);
                 self.chosen.identified = identified;

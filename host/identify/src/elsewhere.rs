@@ -72,6 +72,11 @@ impl Elsewhere {
         self.grams[0].gains(numbers, groups)
     }
 
+    /// The variance of equations that a model with some unknowns leaves.
+    pub fn variance(&self, numbers: &[usize]) -> f64 {
+        self.grams[0].of(numbers).variance()
+    }
+
     /// What the model with the unknowns with these numbers predicts.
     pub fn predicted(&self, numbers: &[usize]) -> Predicted {
         let grams: Vec<Gram> = self.grams.iter().map(|gram| gram.of(numbers)).collect();
@@ -105,6 +110,8 @@ pub(crate) struct Predicted {
 
 /// A further model must be off by no more than this fraction; a smaller gain is chance.
 const WORTH: f64 = 0.9;
+/// A model is as good as another if it leaves no more than this many times as much (mean square).
+const AS_GOOD: f64 = 1.05;
 /// What is wrong of what it changes over the travel must be no more than this part (mean square) of what it improves at the
 /// rows. On machines with motions outside every model, the tip over the travel is then not worse by more than a tenth
 /// (`tests/tests/desktop/claims.rs`), and the coefficients published for two machines are still found.
@@ -133,6 +140,14 @@ impl Predicted {
         let gain = fewest.rows - self.rows;
         // Neither is true of what is no number.
         own < WORTH * WORTH * others && risk < WRONG * gain
+    }
+
+    /// True if it explains the rows as well as another model, and puts the tip over the travel elsewhere by more than both claim
+    /// to be off (95 %).
+    pub fn contradicts(&self, other: &Self) -> bool {
+        let change = (&self.tips - &other.tips).norm_squared() / POSITIONS as f64;
+        let claimed = other.rows + other.travel + self.travel;
+        self.rows <= AS_GOOD * other.rows && change > 4.0 * claimed
     }
 
     /// How far it moves the tip from where another model puts it (mm², mean square over the travel), beyond what is

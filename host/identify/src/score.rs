@@ -14,6 +14,8 @@ use trueaxis_model::numbers::extremes;
 pub struct Lacking {
     /// The parameters to add.
     pub parameters: Vec<Parameter>,
+    /// The first parameter of each other motion that explains as much: these measurements do not tell which it is.
+    pub others: Vec<Parameter>,
     /// The part of the sum of squared residuals, in units of their standard uncertainties, that goes with it.
     pub explains: f64,
     /// By how much the motion varies over the positions that were measured (mm or rad).
@@ -26,6 +28,8 @@ pub struct Lacking {
 const SIGNIFICANT: f64 = 4.1;
 /// An error motion that varies by more (mm or rad) is none of a machine: rows where it does nothing are explained by rounding.
 const LARGEST: f64 = 1.0;
+/// A motion that explains this part of what the best one does explains as much.
+const AS_MUCH: f64 = 0.95;
 /// The fraction of its effect that the unknowns must not be able to absorb.
 const TESTABLE: f64 = 0.1;
 /// Degrees and harmonics up to this are tried.
@@ -45,19 +49,33 @@ pub fn lacking(problem: &Problem<'_>, identified: &Identified) -> Option<Lacking
     let directions: Vec<bool> = (0..problem.machine.axes.len())
         .map(|i| problem.commands().any(|(_, s)| s.sign[i] != 0.0))
         .collect();
-    let mut best: Option<(f64, Lacking)> = None;
+    let mut all: Vec<(f64, Lacking)> = Vec::new();
     for form in RotationForm::of(problem.machine) {
         for group in residuals.groups(*form, &directions) {
-            for (criterion, found) in residuals.explanations(&group)? {
-                let is_best = best.as_ref().is_none_or(|(least, _)| criterion < *least);
-                let is_possible = found.size < LARGEST;
-                if found.deviations > SIGNIFICANT && is_possible && is_best {
-                    best = Some((criterion, found));
-                }
-            }
+            let found = residuals.explanations(&group)?.into_iter();
+            let counts =
+                |(_, one): &(f64, Lacking)| one.deviations > SIGNIFICANT && one.size < LARGEST;
+            all.extend(found.filter(counts));
         }
     }
-    best.map(|(_, found)| found)
+    let best = all.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, best)| {
+        let own = group(&best.parameters[0]);
+        let is_other = |one: &&Lacking| group(&one.parameters[0]) != own;
+        let as_much = |one: &&Lacking| one.explains >= AS_MUCH * best.explains;
+        let others = all
+            .iter()
+            .map(|(_, one)| one)
+            .filter(is_other)
+            .filter(as_much);
+        let mut others: Vec<Parameter> = others.map(|one| one.parameters[0]).collect();
+        others.sort_unstable();
+        others.dedup();
+        Lacking {
+            others,
+            ..best.clone()
+        }
+    })
 }
 
 /// What an identification leaves.
@@ -138,6 +156,7 @@ impl Residuals<'_> {
         let found = Lacking {
             // A power from the middle of the range is made of all lower ones.
             parameters: group.to_vec(),
+            others: Vec::new(),
             explains: free.gain / left.norm_squared(),
             size: size(self.problem, group, taken, &free.values(left)),
             deviations: deviations(ratio, terms, freedom),

@@ -7,7 +7,8 @@ use super::{ReportError, Subject};
 use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::{MAX_SENSORS, Situation, Switches};
 use trueaxis_model::explain::{EntryKind, SingleEntry};
-use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::kinematics::{Htm, Kinematics};
+use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
 use trueaxis_model::validate::{Command, Quality, Region, direction, random_commands};
 
@@ -57,6 +58,27 @@ pub struct Share {
     pub uncorrected_urad: Option<f64>,
 }
 
+/// A position at which every parameter is looked at.
+struct Place {
+    command: Command,
+    q: PerAxis,
+    situation: Situation,
+    /// From the workpiece to the tool where it should be.
+    from_nominal: Htm,
+}
+
+impl Place {
+    fn new(kinematics: &Kinematics<'_>, command: &Command) -> Self {
+        let (q, situation) = command.kinematic(kinematics.machine);
+        Self {
+            command: *command,
+            q,
+            situation,
+            from_nominal: kinematics.nominal(&q, situation.length).inverse(),
+        }
+    }
+}
+
 /// What is computed for each parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
@@ -72,7 +94,11 @@ pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<ErrorBudget, Report
     let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
     let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
     let all = SingleEntry::all(machine, errors);
-    let mut shares = parallel::try_map(&all, |alone| share(subject, alone, &commands, depth))?;
+    let places: Vec<Place> = commands
+        .iter()
+        .map(|c| Place::new(&kinematics, c))
+        .collect();
+    let mut shares = parallel::try_map(&all, |alone| share(subject, alone, &places, depth))?;
     let size = |share: &Share| {
         let Quality {
             translation_um,
@@ -93,10 +119,10 @@ pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<ErrorBudget, Report
 fn share(
     subject: &Subject<'_>,
     alone: &SingleEntry<'_>,
-    commands: &[Command],
+    places: &[Place],
     depth: Depth,
 ) -> Result<Share, ReportError> {
-    let quality = does(subject, alone, commands, depth)?;
+    let quality = does(subject, alone, places, depth)?;
     let (value, standard_uncertainty) = match &alone.said {
         EntryKind::Parameter(value) => (
             Some(*value),
@@ -108,12 +134,12 @@ fn share(
     let is_whole = depth == Depth::Everything;
     let unsure = standard_uncertainty.filter(|_| is_whole);
     let unsure = unsure.map(|u| alone.instead(alone.parameter, EXPANDED * u));
-    let spread = unsure.map(|unsure| does(subject, &unsure, commands, depth));
+    let spread = unsure.map(|unsure| does(subject, &unsure, places, depth));
     let spread = spread.transpose()?;
     let turns = quality.direction_urad.mean > TURNS;
     let uncorrected_urad = match turns {
         _ if !is_whole => None,
-        true => left(subject, alone, &commands[..CORRECTED.min(commands.len())]),
+        true => left(subject, alone, &places[..CORRECTED.min(places.len())]),
         false => Some(0.0),
     };
     Ok(Share {
@@ -157,39 +183,46 @@ fn situation(subject: &Subject<'_>, alone: &SingleEntry<'_>, situation: &Situati
 fn does(
     subject: &Subject<'_>,
     alone: &SingleEntry<'_>,
-    commands: &[Command],
+    places: &[Place],
     depth: Depth,
 ) -> Result<Quality, ReportError> {
     let (machine, errors) = (subject.machine, subject.errors);
     let (model, _) = alone.model(1.0);
     let kinematics = Kinematics::new(machine, &model);
     let zero = subject.subtracted.zero(machine, &model)?;
-    let errors_at = |command: &Command| {
-        let (q, at) = command.kinematic(machine);
-        let error = kinematics.volumetric_error(&q, &zero, &situation(subject, alone, &at));
+    let errors_at = |place: &Place| {
+        let corrected = std::array::from_fn(|i| place.q[i] + zero[i]);
+        let situation = situation(subject, alone, &place.situation);
+        let actual = kinematics.actual(&corrected, &situation, &Switches::ALL);
+        let error = (place.from_nominal * actual).twist();
         [error.t.norm(), direction(machine, &error)]
     };
-    let found: Vec<[f64; 2]> = commands.iter().map(errors_at).collect();
+    let found: Vec<[f64; 2]> = places.iter().map(errors_at).collect();
     let mut found = quality(found.into_iter());
-    let left = |command: &Command, of: Of| errors_at(command)[of as usize];
+    let left =
+        |command: &Command, of: Of| errors_at(&Place::new(&kinematics, command))[of as usize];
     if depth == Depth::Everything {
-        let few = &commands[..FEW.min(commands.len())];
-        WorstSearch { machine, errors }.raise(&mut found, few, &left);
+        let few = places.iter().take(FEW).map(|place| place.command);
+        let few: Vec<Command> = few.collect();
+        WorstSearch { machine, errors }.raise(&mut found, &few, &left);
     }
     Ok(found)
 }
 
 /// Mean error of the tool direction (µrad) that the kinematic correction leaves.
-fn left(subject: &Subject<'_>, alone: &SingleEntry<'_>, commands: &[Command]) -> Option<f64> {
+fn left(subject: &Subject<'_>, alone: &SingleEntry<'_>, places: &[Place]) -> Option<f64> {
     let (model, _) = alone.model(1.0);
     let kinematics = Kinematics::new(subject.machine, &model).with_policy(subject.policy);
-    let left = commands.iter().map(|command| {
-        let (q, at) = command.kinematic(subject.machine);
-        let at = situation(subject, alone, &at);
-        let dq = kinematics.correction(&q, &at, &Switches::ALL).ok()?.dq;
-        let error = kinematics.volumetric_error(&q, &dq, &at);
-        Some(direction(subject.machine, &error) * 1e6)
-    });
+    let left = places.iter().map(
+        |Place {
+             q, situation: at, ..
+         }| {
+            let at = situation(subject, alone, at);
+            let dq = kinematics.correction(q, &at, &Switches::ALL).ok()?.dq;
+            let error = kinematics.volumetric_error(q, &dq, &at);
+            Some(direction(subject.machine, &error) * 1e6)
+        },
+    );
     let left: Option<Vec<f64>> = left.collect();
     left.map(|left| left.iter().sum::<f64>() / left.len() as f64)
 }

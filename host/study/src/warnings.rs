@@ -7,7 +7,7 @@ use trueaxis_identify::formats::observations::Observation;
 use trueaxis_identify::{
     Contradicted, Lacking, Model, Stated, VarianceComponent, contradicted, lacks, repeated,
 };
-use trueaxis_model::errors::Parameter;
+use trueaxis_model::errors::{Parameter, ParameterKind};
 
 /// Something to check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -137,18 +137,25 @@ impl StudyOutcome<'_> {
 
     /// A sentence about a motion that the model lacks.
     fn bends(&self, one: &Lacking) -> String {
+        let explains = format!(
+            "the model lacks a motion: {one}, which explains {:.0} % of the residuals (squares)",
+            one.explains * 1e2
+        );
+        if !one.others.is_empty() {
+            let others: Vec<String> = one.others.iter().map(motion).collect();
+            return format!(
+                "{explains}; so would {}: these measurements do not tell which it is, so measure them directly with runs",
+                others.join(", ")
+            );
+        }
         let seen = self.identified.parameters.iter().map(|e| e.parameter);
         let all: Vec<Parameter> = seen.chain(one.parameters.iter().copied()).collect();
         let add: Vec<String> = one.parameters.iter().map(Parameter::to_string).collect();
-        let add = add.join(",");
         let how = match all.len() <= NAMES {
             true => format!("give --model {}", Model::Named(all)),
-            false => format!("add {add} to the model"),
+            false => format!("add {} to the model", add.join(",")),
         };
-        format!(
-            "the model lacks a motion: {one}, which explains {:.0} % of the residuals (squares); {how}, or measure it directly with runs",
-            one.explains * 1e2
-        )
+        format!("{explains}; {how}, or measure it directly with runs")
     }
 
     fn probings_that_fit_badly(&self) -> Vec<String> {
@@ -278,5 +285,14 @@ fn misstated(one: &VarianceComponent) -> String {
         false => format!(
             "{what}: correct the uncertainty of the {name}, or leave it out so that it is found from the residuals"
         ),
+    }
+}
+
+/// The name of an error motion without its degree, or of another parameter.
+fn motion(parameter: &Parameter) -> String {
+    let name = parameter.to_string();
+    match parameter.kind {
+        ParameterKind::Inter | ParameterKind::Backlash => name,
+        _ => name[..3].to_owned(),
     }
 }

@@ -96,11 +96,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 /// What the new files are, and what comes next.
 fn said(described: &Machine, [machine, errors]: [&str; 2], blob: &Path) -> String {
+    // A position away from zero, within the travel: nothing shows a sign at zero.
     let first = described.axes.first();
-    let first = first.map_or('X', |axis| axis.letter.char());
+    let (first, at) = first.map_or(('X', 10.0), |axis| {
+        let [low, high] = axis.travel.map(|end| axis.to_command(end));
+        let at = if high >= 10.0 {
+            10.0
+        } else if low <= -10.0 {
+            -10.0
+        } else if high.abs() > low.abs() {
+            high
+        } else {
+            low
+        };
+        (axis.letter.char(), at)
+    });
     format!(
         "{machine}: {}\n{errors}: no errors yet\n\n\
-         next, compare the signs with the machine:   trueaxis pose {machine} --at {first}=10\n\
+         next, compare the signs with the machine:   trueaxis pose {machine} --at {first}={at}\n\
          then enter what you have measured, and:     trueaxis compile {machine} {errors} -o {}\n",
         described.topology(),
         blob.display(),

@@ -1,6 +1,6 @@
 //! The ball-bar: path, simulation and analysis through the command.
 
-use crate::program::{Folder, example};
+use crate::program::{Folder, answer, example, has, plain, trueaxis};
 
 const CENTRE: &str = "X=12,Y=-7,Z=5";
 
@@ -109,4 +109,47 @@ fn what_cannot_be_is_refused() {
         "ballbar analyse %unknown.csv",
         &["radius", "radius_mm = 150.0"],
     );
+}
+
+#[test]
+fn one_circle_does_not_tell_a_bent_screw_from_a_yaw() {
+    let folder = Folder::new();
+    let machine = example("mill-21/machine.toml");
+    let (truth, circle, found) = (
+        folder.at("truth.toml"),
+        folder.at("c.csv"),
+        folder.at("f.toml"),
+    );
+    let bent = "machine = \"Mill with 21 errors\"\n[parameters]\nEC0X = -36.9e-6\nEXX1 = 20e-6\nEXX2 = 1e-7\n";
+    folder.file("truth.toml", bent);
+    for seed in ["1", "2", "3"] {
+        let at = [
+            "--plane",
+            "XY",
+            "--at",
+            "X=150,Y=150,Z=-200",
+            "--radius",
+            "150",
+        ];
+        let noise = ["--noise", "0.5", "--seed", seed, "-o", &circle];
+        answer(
+            0,
+            &[&["simulate", "ballbar", &machine, &truth], &at[..], &noise].concat(),
+        );
+        let told = trueaxis(&["identify", &machine, &circle, "-o", &found]);
+        let text = std::fs::read_to_string(&found).unwrap();
+        let value = |line: &str| line.split_once("= ").unwrap().1.parse::<f64>().unwrap();
+        let mut lines = text
+            .lines()
+            .filter(|line| line.starts_with("EC0X = "))
+            .map(value);
+        let [is, uncertainty] = [(); 2].map(|()| lines.next().unwrap());
+        // Three standard uncertainties: three trials.
+        assert!((is + 36.9e-6).abs() < 3.0 * uncertainty, "{text}");
+        assert!(uncertainty < 1e-6 && !text.contains("\nECY1 = "), "{text}");
+        has(
+            &plain(&told.stderr),
+            "these measurements do not tell which it is",
+        );
+    }
 }

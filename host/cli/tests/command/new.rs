@@ -97,3 +97,38 @@ fn nothing_is_overwritten_and_wrong_answers_write_nothing() {
     assert!(plain(&done.stderr).contains("is there already"));
     assert_eq!(folder.names(), ["errors.toml"]);
 }
+
+#[test]
+fn the_next_command_is_within_the_travel() {
+    let folder = Folder::new();
+    for (number, travel) in [
+        "X=-4:0,Y=-4:0,Z=-4:0",
+        "X=-40:0,Y=-40:0,Z=-40:0",
+        "X=3,Y=3,Z=3",
+    ]
+    .iter()
+    .enumerate()
+    {
+        let at = folder.at(&format!("{number}"));
+        let said = answer(0, &["new", &at, "--kind", "mill", "--travel", travel]);
+        let next = said.split_once("trueaxis pose ").unwrap().1;
+        let words: Vec<&str> = next.lines().next().unwrap().split_whitespace().collect();
+        let shown = trueaxis(&[&["pose"], &words[..]].concat());
+        assert_eq!(plain(&shown.stderr), "", "{said}");
+        assert!(!words.last().unwrap().ends_with("=0"), "{said}");
+    }
+}
+
+#[test]
+fn without_a_tool_the_tip_is_100_mm_away_in_any_unit() {
+    for unit in ["mm", "inch"] {
+        let folder = Folder::new();
+        let at = folder.at("");
+        let words = [
+            "new", &at, "--kind", "mill", "--unit", unit, "--travel", TRAVEL,
+        ];
+        answer(0, &words);
+        let text = std::fs::read_to_string(folder.at("machine.toml")).unwrap();
+        has(&text, "tip_mm = [0.0, 0.0, -100.0]");
+    }
+}

@@ -1,7 +1,7 @@
 //! Files are written completely or not at all.
 
 use crate::program::{Folder, answer, blob, done, example, has, plain, refused, split};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// `eval` of many positions into the existing `old.csv`, with a limit of 1 block per file.
 #[cfg(unix)]
@@ -242,4 +242,17 @@ fn a_dash_is_the_screen_where_text_is_written() {
         &["read back"],
     );
     assert_eq!(folder.names(), ["p.csv"]);
+}
+
+#[test]
+fn a_message_that_nobody_reads_is_no_panic() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trueaxis"));
+    let command = command.args(["pose", "no-such-machine.toml"]);
+    let mut running = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop((running.stdout.take(), running.stderr.take()));
+    assert_eq!(running.wait().unwrap().code(), Some(2));
 }

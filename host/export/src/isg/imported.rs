@@ -23,6 +23,12 @@ fn slope(along: usize, about: usize) -> Option<(usize, f64)> {
 /// # Errors
 /// [`FileError`] for parameters that the machine does not have.
 pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String, FileError> {
+    if parameters.constants.is_empty() && parameters.tables.is_empty() {
+        return Err(FileError::whole(
+            "no parameters",
+            "give a CSV of ISG, or a file of Etalon's variant Vendor",
+        ));
+    }
     let (mut located, mut left_out) = (String::new(), Vec::new());
     let mut tables = parameters.tables.clone();
     for (name, value, span) in &parameters.constants {
@@ -76,12 +82,32 @@ pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String,
         let _ = write!(text, "\n[parameters]\n{located}");
     }
     for table in tables {
-        let (component, _) = table.motion(machine)?;
+        let (component, axis) = table.motion(machine)?;
+        is_of_machine(&table, &machine.axes[axis])?;
         if table.values.iter().any(|v| *v != 0.0) {
             text += &tabulated(table, component);
         }
     }
     Ok(text)
+}
+
+/// A table of this machine has a part of its axis' travel.
+fn is_of_machine(table: &IsgTable, axis: &Axis) -> Result<(), FileError> {
+    let [low, high] = axis.travel;
+    let (Some(first), Some(last)) = (table.at.first(), table.at.last()) else {
+        return Ok(());
+    };
+    if axis.modulo || *first < high && *last > low {
+        return Ok(());
+    }
+    Err(FileError::here(
+        table.span.clone(),
+        format!(
+            "{} from {first} to {last}, and {} travels from {low} to {high}",
+            table.name, axis.letter
+        ),
+        "give the machine file of this machine",
+    ))
 }
 
 /// The component and the axis (by its index) of a location, like `A0Z`.

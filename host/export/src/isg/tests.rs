@@ -324,3 +324,21 @@ VALUE = 12 | NUMBER = 12 | 7 | neither a value nor grid points
 1000.0 | 0.0 | 11 | positions must increase";
     are_refused(ETALON, rows, IsgParameters::read_etalon);
 }
+
+#[test]
+fn what_has_no_parameters_or_is_of_another_machine_is_refused() {
+    let machine = Machine::from_toml(MACHINES[0].0).unwrap();
+    let refused = |text: &str| {
+        let parameters = IsgParameters::read_etalon(text).unwrap();
+        imported(&parameters, &machine).unwrap_err().message
+    };
+    assert_eq!(refused("// nothing\n"), "no parameters");
+    let elsewhere = ETALON
+        .replace("10 1e-5", "-9000 1e-5")
+        .replace("20 -2e-5", "-8000 -2e-5");
+    let said = refused(&elsewhere);
+    assert!(
+        said.starts_with("EAX from -9000 to -8000, and X travels"),
+        "{said}"
+    );
+}

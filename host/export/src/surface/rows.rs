@@ -41,10 +41,14 @@ fn is_remark(line: &str) -> bool {
 
 /// Three numbers or more: LinuxCNC logs those of all nine axes.
 fn numbers(line: &TextLine<'_>) -> Result<Vec<f64>, FileError> {
-    let words = line
-        .text
-        .trim_start_matches('\u{feff}')
-        .split([' ', '\t', ',']);
+    let text = line.text.trim_start_matches('\u{feff}');
+    if has_decimal_commas(text) {
+        return Err(line.bad(
+            "decimal commas: this would be read as twice as many numbers",
+            "write decimal points",
+        ));
+    }
+    let words = text.split([' ', '\t', ',']);
     let words = words.filter(|word| !word.is_empty());
     let found: Vec<f64> = words
         .map(|word| line.number(word))
@@ -56,6 +60,17 @@ fn numbers(line: &TextLine<'_>) -> Result<Vec<f64>, FileError> {
             "write X, Y and Z with spaces between them, or give a map of bCNC, Candle or OpenCNCPilot",
         )),
     }
+}
+
+/// True if words with spaces between them have commas within.
+fn has_decimal_commas(text: &str) -> bool {
+    let has_comma = |word: &str| {
+        let (whole, part) = word.split_once(',').unwrap_or_default();
+        whole.ends_with(|c: char| c.is_ascii_digit())
+            && part.starts_with(|c: char| c.is_ascii_digit())
+    };
+    let mut words = text.split_whitespace();
+    text.split_whitespace().count() > 1 && words.any(has_comma)
 }
 
 /// The number of points that bCNC's three lines say, if these are the first ones: two ranges with counts, a range of Z and

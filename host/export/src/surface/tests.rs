@@ -37,8 +37,10 @@ fn every_program_writes_the_same_map() {
 #[test]
 fn what_is_not_a_complete_grid_is_refused() {
     for (text, expected) in [
-        ("", "all points have the same X"),
+        ("", "no points"),
+        ("# nothing\n", "no points"),
         ("1 2\n", "2 numbers"),
+        ("10,5 2,5 -0,012\n", "decimal commas"),
         ("1 2 three\n", "`three` is not a number"),
         ("1 2 0\n1 3 0\n", "all points have the same X"),
         ("1 2 0\n2 2 0\n", "all points have the same Y"),

@@ -21,7 +21,7 @@ pub enum Effort {
     Best,
     /// A coarser tolerance will be tried next: no result if the target clearly is too small for this one.
     IfWithinReach,
-    /// Like `IfWithinReach`, and no result that clearly misses the tolerance either.
+    /// Like `IfWithinReach`, and no result that clearly misses the tolerance, nor one of a structure that misses it.
     IfNearlyMet,
     /// No result unless the target holds everything that the tolerance needs, without joint effects: only its size is of
     /// interest, and they take most of the time.

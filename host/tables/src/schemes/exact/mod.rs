@@ -149,6 +149,7 @@ impl<'a> Exact<'a> {
             && !search.lacks_room()
             && !search.finer(&tolerance)?
             && !search.fit()?
+            && effort != Effort::IfNearlyMet
         {
             search.coarser(&tolerance)?;
             search.fit()?;
