@@ -37,12 +37,13 @@ pub use page::{certificate_page, page, pictures};
 use serde::{Deserialize, Serialize};
 pub use tables::{AxisUse, Class, CorrectionAlong, Formula, TableCurve, TablesShown};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
-use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::policy::of_blob;
 use trueaxis_model::uncertainty::OverTravel;
 use trueaxis_model::validate::{DrawError, Runtime};
+use trueaxis_study::EstimateRecord;
 pub use trueaxis_study::Identification;
 use trueaxis_study::validation::Validation;
 use trueaxis_tables::compile::{CompileError, Proof};
@@ -156,7 +157,8 @@ pub fn report(
     let budget = budget::budget(&subject, Depth::Everything)?;
     let tables = compensation.map(|c| tables::tables(&subject, c.runtime));
     let tests = tested::tests(&subject, &mut remarks);
-    let identification = identification.and_then(|found| shown(found, machine, &mut remarks));
+    let identification =
+        identification.and_then(|found| shown(found, machine, errors, &mut remarks));
     let probed = identification.as_ref().map(|found| &found.probed[..]);
     let axes = motions::motions(&subject, probed.unwrap_or_default());
     let mut beyond = reach::beyond(&subject, &volumetric, &budget);
@@ -195,18 +197,38 @@ fn summary(subject: &Subject<'_>, volumetric: &Volumetric, shares: &[Share]) -> 
 fn shown(
     mut found: Identification,
     machine: &Machine,
+    errors: &ErrorModel,
     remarks: &mut Vec<String>,
 ) -> Option<Identification> {
-    if found.machine != machine.name {
-        remarks.push(format!(
-            "The identification is left out: it belongs to the machine `{}`.",
-            found.machine
-        ));
+    let other = match found.machine == machine.name {
+        false => Some(format!("it belongs to the machine `{}`", found.machine)),
+        true => found.parameters.iter().find_map(|one| differs(one, errors)),
+    };
+    if let Some(other) = other {
+        remarks.push(format!("{LEFT_OUT}: {other}."));
         return None;
     }
     found.covariance.clear();
     (found.observed.iter_mut()).for_each(|observed| observed.rows.clear());
     Some(found)
+}
+
+/// How the remark about an identification begins that is of another machine or of other errors.
+pub const LEFT_OUT: &str = "The identification is left out";
+/// What an error file rounds of a value.
+const ROUNDED: f64 = 1e-5;
+
+/// How an identified value differs from that of the error file, if it does: a report on other errors has other residuals.
+fn differs(one: &EstimateRecord, errors: &ErrorModel) -> Option<String> {
+    let parameter = Parameter::parse(&one.parameter)?;
+    let value = errors.parameters.get(&parameter).copied().unwrap_or(0.0);
+    let is_same = (value - one.value).abs() <= ROUNDED * one.value.abs();
+    (!is_same).then(|| {
+        format!(
+            "it has {} = {:.6e}, and the error file {value:.6e}",
+            one.parameter, one.value
+        )
+    })
 }
 
 /// The summary, and the parameters with the largest effects.

@@ -270,10 +270,12 @@ impl Arguments {
         if let (Some(path), None) = (&self.identification, &report.identification)
             && self.calibration_report
         {
-            let path = path.display();
+            let mut remarks = report.remarks.iter();
+            let why = remarks.find(|remark| remark.starts_with(report::LEFT_OUT));
+            let why = why.map_or(report::LEFT_OUT, String::as_str);
             return Err(BadInput::new(
-                format!("{path}: this identification is of another machine"),
-                "give the output of `trueaxis identify --json` for this machine, or no identification",
+                format!("{}: {}", path.display(), why.trim_end_matches('.')),
+                "give the output of `trueaxis identify --json` that belongs to these errors, or no identification",
             ));
         }
         if let Some(mismatch) = mismatch {

@@ -519,7 +519,36 @@ fn an_identification_of_another_machine_is_refused() {
             "report {machine} {errors} --calibration-report -o {out} --identification \
              {found}"
         )),
-        &["found.json", "of another machine", "or no identification"],
+        &[
+            "found.json",
+            "belongs to the machine",
+            "or no identification",
+        ],
+    );
+    assert!(!std::path::Path::new(&out).exists());
+}
+
+#[test]
+fn an_identification_of_other_errors_is_refused() {
+    let folder = Folder::new();
+    let [machine, errors, found] = kolibri(&folder);
+    let text = std::fs::read_to_string(&errors).unwrap();
+    let line = text
+        .lines()
+        .find(|line| line.starts_with("EC0X = "))
+        .unwrap();
+    let other = folder.file("other.toml", text.replacen(line, "EC0X = 1.25e-4", 1));
+    let out = folder.at("calibration.html");
+    refused(
+        &split(&format!(
+            "report {machine} {other} --calibration-report -o {out} --identification {found}"
+        )),
+        &[
+            "found.json",
+            "it has EC0X = ",
+            "and the error file 1.25",
+            "these errors",
+        ],
     );
     assert!(!std::path::Path::new(&out).exists());
 }

@@ -1,8 +1,9 @@
 //! Directions of travel along a path, and where on it an axis reverses.
 //!
 //! Directions are those of the axes with their corrections ([`Tables::middle`](crate::tables::Tables::middle)): a correction
-//! may move an axis back that the program holds still. An axis has reversed once it has come back by more than its reversal threshold. The reversal itself is where it came back
-//! from: the corrected path steps there, not where the reversal threshold is used up.
+//! may move an axis back that the program holds still. An axis has reversed once it has come back by more than its reversal
+//! threshold. The reversal itself is where it came back from: the corrected path steps there, not where the reversal threshold
+//! is used up.
 
 use super::{Field, Lost, MOST_PARTS, Path, Travels};
 use crate::axes::PerLetter;
