@@ -160,6 +160,16 @@ fn too_few_targets(targets: &[f64], is_rotary: bool) -> Option<String> {
     })
 }
 
+/// Targets with one and the same distance: periodic errors of this pitch, or a part of it, do not show (5.3.2).
+fn equal_distances(targets: &[f64]) -> Option<String> {
+    const SAME: f64 = 1e-3;
+    let distances = targets.windows(2).map(|pair| pair[1] - pair[0]);
+    let [least, most] = extremes(distances);
+    (targets.len() > 2 && most - least < SAME).then(|| {
+        "it asks for targets at unequal distances, so that periodic errors show".to_owned()
+    })
+}
+
 /// An analysis as it is read: positions in mm or degrees, values in `unit`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisRecord {
@@ -186,6 +196,7 @@ impl AxisRecord {
         let is_rotary = machine.axes[line.setup.moved].letter.is_rotary();
         let few = too_few_targets(&line.targets, is_rotary);
         let reasons = found.not_to_the_standard.into_iter().chain(few);
+        let reasons = reasons.chain(equal_distances(&line.targets));
         let reasons: Vec<String> = reasons.collect();
         found.not_to_the_standard = (!reasons.is_empty()).then(|| reasons.join("; "));
         let of_targets = found.targets.iter_mut().flat_map(|t| {
@@ -345,6 +356,14 @@ mod tests {
         ] {
             assert_eq!(missing, None);
         }
+    }
+
+    #[test]
+    fn targets_with_one_distance_are_not_to_the_standard() {
+        assert!(equal_distances(&[0.0, 100.0, 200.0, 300.0]).is_some());
+        assert!(equal_distances(&[0.0, 103.2, 198.7, 300.0]).is_none());
+        // One distance is neither.
+        assert!(equal_distances(&[0.0, 100.0]).is_none());
     }
 
     #[test]

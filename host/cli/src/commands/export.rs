@@ -92,11 +92,10 @@ impl LeftOptions {
     /// Writes the files if they leave little enough, or all the same.
     fn write(&self, texts: &[(PathBuf, String)], meets: bool) -> Result<ExportVerdict, BadInput> {
         let written = meets || self.best_effort;
-        for (path, text) in texts.iter().filter(|_| written) {
-            if let Some(folder) = path.parent() {
-                files::make_folder(folder, "-o")?;
-            }
-            files::write(path, text.as_bytes())?;
+        if written {
+            let mut folders = texts.iter().filter_map(|(path, _)| path.parent());
+            folders.try_for_each(|folder| files::make_folder(folder, "-o"))?;
+            files::write_all(texts)?;
         }
         Ok(ExportVerdict { meets, written })
     }

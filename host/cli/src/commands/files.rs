@@ -329,24 +329,61 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
         })?;
         return sent(&mut std::io::stdout().lock(), text).map(|_| ());
     }
-    if path
-        .canonicalize()
-        .is_ok_and(|path| referred().contains(&path))
-    {
-        return Err(BadInput::new(
-            format!(
-                "{}: not written, because the error file refers to it",
-                path.display()
-            ),
-            "give -o another name or folder",
-        ));
+    may_be_new(path)?;
+    replace::replace(path, bytes).map_err(|error| unwritable(path, &error))
+}
+
+/// Writes whole files; see [`write`]. None is new unless all of them are on the disk.
+pub fn write_all(files: &[(PathBuf, String)]) -> Result<(), BadInput> {
+    files.iter().try_for_each(|(path, _)| may_be_new(path))?;
+    let Some(((path, text), rest)) = files.split_first() else {
+        return Ok(());
+    };
+    if is_screen(path) {
+        write(path, text.as_bytes())?;
+        return write_all(rest);
     }
-    replace::replace(path, bytes).map_err(|error| {
-        BadInput::new(
-            format!("{}: cannot be written: {error}", path.display()),
-            "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
-        )
-    })
+    let mut others = None;
+    let done = replace::replace_by(
+        path,
+        |file| file.write_all(text.as_bytes()),
+        |_| {
+            let written = others.insert(write_all(rest));
+            written
+                .as_ref()
+                .map_err(|_| ErrorKind::Other.into())
+                .copied()
+        },
+    );
+    match others {
+        Some(written) => written?,
+        // A device takes what it gets.
+        None if done.is_ok() => write_all(rest)?,
+        None => {}
+    }
+    done.map_err(|error| unwritable(path, &error))
+}
+
+/// A file that the error file refers to stays as it is.
+fn may_be_new(path: &Path) -> Result<(), BadInput> {
+    let real = path.canonicalize();
+    if !real.is_ok_and(|path| referred().contains(&path)) {
+        return Ok(());
+    }
+    Err(BadInput::new(
+        format!(
+            "{}: not written, because the error file refers to it",
+            path.display()
+        ),
+        "give -o another name or folder",
+    ))
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> BadInput {
+    BadInput::new(
+        format!("{}: cannot be written: {error}", path.display()),
+        "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
+    )
 }
 
 /// Where a copy of a file can be kept: the first of the names that is free or has these contents, by their number from 1.
@@ -453,4 +490,27 @@ pub fn json(value: &impl Serialize) -> Result<String, BadInput> {
         )
     })?;
     Ok(text + "\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_several_files_none_is_new_unless_all_can_be() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("a"), "old").unwrap();
+        let files = ["a", "b", "there/c"].map(|name| (at(name), name.to_owned()));
+        let said = write_all(&files).unwrap_err();
+        assert!(said.to_string().contains("there"), "{said}");
+        assert_eq!(std::fs::read_to_string(at("a")).unwrap(), "old");
+        assert!(!at("b").exists());
+        std::fs::create_dir(at("there")).unwrap();
+        write_all(&files).unwrap();
+        for (path, text) in &files {
+            assert_eq!(std::fs::read_to_string(path).unwrap(), *text);
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+    }
 }

@@ -97,10 +97,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let code = generate(&runtime, header.crc, language, options);
     let code = code.map_err(|error| BadInput::new(error.to_string(), DEFECT))?;
-    if let Some(header) = &code.header {
-        files::write(&header_path, header.as_bytes())?;
-    }
-    files::write(output, code.file.as_bytes())?;
+    let header = code.header.map(|header| (header_path, header));
+    let written: Vec<_> = std::iter::once((output.clone(), code.file))
+        .chain(header)
+        .collect();
+    files::write_all(&written)?;
     let size = runtime.compensation().samples();
     let count = arguments.compared;
     files::print(&format!(

@@ -206,9 +206,12 @@ pub fn write(found: &StudyOutcome<'_>, output: &Path) -> Result<ErrorModel, BadI
     let covariances = beside(output);
     let name = covariances.file_name().unwrap_or_default();
     files::is_renewed(&covariances);
-    // If the second file cannot be written, the first one is rejected next to the older covariances.
-    files::write(&covariances, found.covariances().as_bytes())?;
-    files::write(output, found.error_file(&name.to_string_lossy()).as_bytes())?;
+    let text = found.error_file(&name.to_string_lossy());
+    let both = [
+        (output.to_owned(), text),
+        (covariances, found.covariances()),
+    ];
+    files::write_all(&both)?;
     Ok(model)
 }
 

@@ -87,8 +87,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     ErrorModel::from_toml(&empty.text, &described).map_err(|error| empty.bad(error))?;
     files::make_folder(folder, "FOLDER")?;
-    files::write(&machine, text.text.as_bytes())?;
-    files::write(&errors, empty.text.as_bytes())?;
+    let both = [(machine, text.text), (errors, empty.text)];
+    files::write_all(&both)?;
     let blob = folder.join("machine.trax");
     files::print(&said(&described, [&text.name, &empty.name], &blob))?;
     Ok(Outcome::Done)

@@ -436,10 +436,9 @@ impl Arguments {
                 return Err(collides(&collision));
             }
         }
-        for (path, text) in [written, program, table].into_iter().flatten() {
-            files::write(path, text.as_bytes())?;
-        }
-        Ok(())
+        let all = [written, program, table].into_iter().flatten();
+        let all: Vec<_> = all.map(|(path, text)| (path.clone(), text)).collect();
+        files::write_all(&all)
     }
 }
 

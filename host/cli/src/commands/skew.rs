@@ -96,11 +96,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map(|number| plane(&machine, number, given[number]))
         .collect::<Result<_, _>>()?;
     let merged = merged(errors_path, &machine, &planes)?;
+    let mut written = vec![(errors_path.clone(), merged)];
     if let Some(text) = &new {
         files::prepare(machine_path, &[])?;
-        files::write(machine_path, text.text.as_bytes())?;
+        written.push((machine_path.clone(), text.text.clone()));
     }
-    files::write(errors_path, merged.as_bytes())?;
+    files::write_all(&written)?;
     let answer = SkewAnswer {
         machine: machine_path,
         machine_written: new.is_some(),
