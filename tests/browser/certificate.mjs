@@ -24,6 +24,8 @@ export async function certified(browser, { name, page: file }, pictures, faults)
   for (const [k, width] of WIDTHS.entries()) {
     const context = await browser.newContext({ viewport: { width, height: 900 }, colorScheme: ["dark", "light"][k] });
     const page = await context.newPage();
+    // Other steps may take the processors.
+    page.setDefaultTimeout(300_000);
     const fault = (words) => faults.push(`${name}, ${width} px: ${words}`);
     page.on("console", (message) => fault(`console ${message.type()}: ${message.text()}`));
     page.on("request", (request) => request.url() === address || fault(`asks for ${request.url()}`));

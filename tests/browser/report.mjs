@@ -49,6 +49,8 @@ async function open(browser, report, { width, scheme, motion = "no-preference" }
     reducedMotion: motion,
   });
   const page = await context.newPage();
+  // Other steps may take the processors.
+  page.setDefaultTimeout(300_000);
   const address = `file://${report.page}`;
   const fault = (words) => faults.push(`${report.name}, ${width} px, ${scheme}: ${words}`);
   page.on("console", (message) => fault(`console ${message.type()}: ${message.text()}`));

@@ -50,6 +50,8 @@ const examples = JSON.parse(
 /** A new page; what it asks for and complains about is a fault. */
 async function open(browser, name, width = 1400, before = () => {}) {
   const tab = await browser.newPage();
+  // Other steps may take the processors: what takes too long by itself is measured, not waited for.
+  tab.setDefaultTimeout(MOST_WAIT);
   const fault = (words) => faults.push(`${name}: ${words}`);
   await tab.setViewport({ width, height: 900 });
   tab.on("console", (message) => fault(`console: ${message.text()}`));
@@ -366,6 +368,7 @@ async function firstView(browser, kind) {
   await isThere(tab);
   // A page that is not in front is not drawn.
   const other = await browser.newPage();
+  other.setDefaultTimeout(MOST_WAIT);
   await other.goto(link);
   await isThere(other);
   await other.close();
@@ -601,6 +604,7 @@ async function flashes(browser, kind) {
   const words = "-machine mps2-an386 -nographic -monitor none -semihosting-config enable=on,target=native,arg=qemu";
   const board = spawn("qemu-system-arm", [...words.split(" "), "-serial", serial, "-kernel", firmware], { cwd: where, stdio: "ignore" });
   const tab = await browser.newPage();
+  tab.setDefaultTimeout(MOST_WAIT);
   const fault = (words) => faults.push(`${kind}, flashing: ${words}`);
   tab.on("pageerror", (error) => fault(error.message));
   try {
