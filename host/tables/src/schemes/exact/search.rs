@@ -39,7 +39,7 @@ const COARSER: [f64; 16] = [
 /// effects are left out.
 const MOST_WORK: usize = 600_000;
 /// If a structure leaves more tolerances than this because the target is full, the tolerance is out of reach: fitting the weights
-/// of its tables has at most halved an error. It never met a tolerance that the structure misses (487 fits on 300 machines), so
+/// of its tables has at most halved an error. It never met a tolerance that the structure misses (487 fits on 300 machines, measured once), so
 /// that a result that only counts if it meets the tolerance is not fitted then.
 const MOST_FITTED: f64 = 2.0;
 /// [`MOST_FITTED`] before the structure for a tolerance is known, from the error that a finer one leaves: functions chosen for
