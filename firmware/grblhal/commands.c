@@ -106,14 +106,26 @@ bool txa_load_and_say(void)
     return loaded;
 }
 
-/* True if the argument begins with the word, in any case; `rest` is the remainder. */
-static bool is(const char *argument, const char *word, const char **rest)
+/* What follows a word at the beginning of the argument, in any case; null if it begins with something else. */
+static const char *after(const char *argument, const char *word)
 {
     for (; *word != '\0'; word++, argument++)
         if (CAPS(*argument) != *word)
-            return false;
-    *rest = argument;
-    return *argument == '\0' || *argument == ' ';
+            return NULL;
+    return *argument == '\0' || *argument == ' ' ? argument : NULL;
+}
+
+static bool is(const char *argument, const char *word)
+{
+    const char *rest = after(argument, word);
+    return rest != NULL && *rest == '\0';
+}
+
+/* Without tables the mode is kept for when there are some, which is no reason to say ok. */
+static status_code_t set_mode(txa_mode mode)
+{
+    txa_set_mode(mode);
+    return txa_present() ? Status_OK : Status_FileReadError;
 }
 
 static status_code_t set_length(const char *text)
@@ -128,25 +140,26 @@ static status_code_t set_length(const char *text)
 
 static status_code_t execute(sys_state_t state, char *argument)
 {
-    const char *rest;
     (void)state;
-    if (argument == NULL)
+    if (argument == NULL) {
         say_status();
-    else if (is(argument, "ON", &rest))
-        txa_set_mode(TXA_ON);
-    else if (is(argument, "OFF", &rest))
+        return Status_OK;
+    }
+    if (is(argument, "ON"))
+        return set_mode(TXA_ON);
+    if (is(argument, "DRY"))
+        return set_mode(TXA_DRY);
+    if (is(argument, "OFF")) {
         txa_set_mode(TXA_OFF);
-    else if (is(argument, "DRY", &rest))
-        txa_set_mode(TXA_DRY);
-    else if (is(argument, "LENGTH", &rest))
-        return set_length(rest);
-    else if (!is(argument, "LOAD", &rest))
+        return Status_OK;
+    }
+    if (after(argument, "LENGTH") != NULL)
+        return set_length(after(argument, "LENGTH"));
+    if (!is(argument, "LOAD"))
         return Status_InvalidStatement;
-    else if (!txa_motion_at_rest())
+    if (!txa_motion_at_rest())
         return Status_IdleError;
-    else
-        return txa_load_and_say() ? Status_OK : Status_FileReadError;
-    return Status_OK;
+    return txa_load_and_say() ? Status_OK : Status_FileReadError;
 }
 
 void txa_commands(void)

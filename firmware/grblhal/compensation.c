@@ -11,6 +11,8 @@
 /* Number of 10 ms steps at one place after which every transition has ended: a cross-fade of large corrections takes
  * several seconds. */
 #define MOST_STEPS 500
+/* How often the clock is looked at, ms. */
+#define LOOK_EVERY 100
 /* Conditions that are reported when they begin. */
 #define REPORTED \
     (TRUEAXIS_BAD_INPUT | TRUEAXIS_BAD_PERIOD | TRUEAXIS_BAD_AUXILIARY | TRUEAXIS_UNREFERENCED | TRUEAXIS_BEYOND_RANGE)
@@ -32,6 +34,8 @@ static txa_mode mode = TRUEAXIS_ON_AT_START ? TXA_ON : TXA_OFF;
 static float length_without_g43 = NAN;
 static double correction[N_AXIS];
 static uint16_t faults;
+static double ahead;      /* by how much planned motions are ahead of the clock, s */
+static uint32_t watched;  /* the clock when it was last looked at, ms */
 
 bool txa_present(void)
 {
@@ -96,19 +100,22 @@ static void take_mode(void)
 
 void txa_restart(void)
 {
-    trueaxis_servo_release(servo);
-    servo = NULL;
+    trueaxis_servo_restart(servo);
     memset(correction, 0, sizeof correction);
     faults = 0;
+}
+
+static void begin(void)
+{
+    faults = 0;
+    ahead = 0.0;
+    watched = hal.get_elapsed_ticks();
     if (trueaxis_servo_new(&servo_memory, sizeof servo_memory, tables, &servo) != TRUEAXIS_RESULT_OK) {
         servo = NULL;
         refuse("no memory for a servo");
         return;
     }
     take_mode();
-    for (size_t k = 0; k < auxiliaries; k++)
-        if (!isnan(auxiliary_value[k]))
-            trueaxis_servo_set_auxiliary(servo, k, auxiliary_value[k]);
 }
 
 bool txa_load(void)
@@ -135,7 +142,7 @@ bool txa_load(void)
         return false;
     if (plan_get_buffer_size() >= TRUEAXIS_TRACE)
         return refuse("the planner has as many blocks ($398) as TRUEAXIS_TRACE");
-    txa_restart();
+    begin();
     return servo != NULL;
 }
 
@@ -208,6 +215,7 @@ static void update(const float *commands, double period)
         if (bit_istrue(sys.homed.mask, bit(place[k])))
             homed |= (uint32_t)1 << k;
     }
+    ahead += period;
     if (trueaxis_servo_update(servo, in, axes, homed, period, out) == TRUEAXIS_RESULT_OK)
         for (size_t k = 0; k < axes; k++)
             correction[place[k]] = out[k];
@@ -217,6 +225,19 @@ void txa_advance(const float *commands, double period)
 {
     update(commands, period);
     report_faults();
+}
+
+void txa_watch_clock(void)
+{
+    uint32_t now = hal.get_elapsed_ticks();
+    if (servo == NULL || now - watched < LOOK_EVERY)
+        return;
+    ahead -= 1e-3 * (double)(now - watched);
+    watched = now;
+    if (ahead < 0.0) {
+        trueaxis_servo_pass_time(servo, -ahead);
+        ahead = 0.0;
+    }
 }
 
 void txa_settle(const float *commands)

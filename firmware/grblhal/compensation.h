@@ -26,8 +26,10 @@ txa_mode txa_get_mode(void);
 /* The tool length (mm) while no G43 is active; NAN: unknown. */
 void txa_set_length_without_g43(float length);
 
-/* From here on no correction is applied; enabled corrections ramp in again. */
+/* From here on no correction is applied; enabled corrections ramp in again. Temperatures go on. */
 void txa_restart(void);
+/* Temperatures follow the clock: time that planned motions have not counted passes here. Called whenever grblHAL waits. */
+void txa_watch_clock(void);
 /* Takes the tool length from the state of the parser. */
 void txa_take_tool_length(void);
 /* One step: uncorrected positions in the order of the controller's axes, and its duration, 1e-6…0.01 s. */

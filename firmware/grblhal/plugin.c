@@ -19,6 +19,7 @@ static user_mcode_execute_ptr execute_mcode;
 static void execute_realtime(sys_state_t state)
 {
     txa_motion_watch();
+    txa_watch_clock();
     on_execute_realtime(state);
 }
 

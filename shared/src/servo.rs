@@ -21,7 +21,7 @@
 //! fades, `lane.rs` handles one axis.
 
 use crate::compensation::Compensation;
-use crate::description::{Auxiliary, Axis};
+use crate::description::{AUXILIARIES, Auxiliary, Axis};
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::room::Row;
@@ -166,6 +166,12 @@ impl<H: Handle> Servo<H> {
             *travel = lane.travelled();
         }
         travelling
+    }
+
+    /// The auxiliaries that the corrections contain: temperatures as they were followed, with their lags.
+    #[must_use]
+    pub fn auxiliaries(&self) -> &[f32; AUXILIARIES] {
+        &self.inputs.auxiliaries
     }
 
     /// The correction of the last period.

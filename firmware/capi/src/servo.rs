@@ -118,6 +118,11 @@ impl Servo {
         }
     }
 
+    pub(crate) fn pass_time(&mut self, time: f64) {
+        self.servo
+            .pass_time(&self.around.inputs.auxiliaries, time as f32);
+    }
+
     /// `value` in mm or °C. Inputs with the same name are one sensor with several lags, and are set together.
     pub(crate) fn set_auxiliary(&mut self, index: usize, value: f64) -> Result<(), Code> {
         let auxiliaries = self.servo.compensation().auxiliaries();
@@ -197,7 +202,7 @@ impl Servo {
         }
         let inputs = Inputs {
             axes: self.positions(measured),
-            auxiliaries: self.around.inputs.auxiliaries,
+            auxiliaries: *self.servo.auxiliaries(),
         };
         let (held, travel) = (self.servo.handle(), self.servo.travelling());
         Ok(held.measured(&inputs, &travel, self.servo.wanted_weights(), STEPS))

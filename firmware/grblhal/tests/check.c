@@ -6,7 +6,9 @@
 struct oracle oracle;
 float started_at[N_AXIS];
 
-static struct blob all[] = {{.name = "huron-13"}, {.name = "router-10"}, {.name = "table-head-13"}, {.name = "everything"}};
+static struct blob all[] = {
+    {.name = "huron-13"}, {.name = "router-10"}, {.name = "table-head-13"}, {.name = "everything"}, {.name = "lag"},
+};
 static trueaxis_tables_memory tables_memory;
 static trueaxis_servo_memory servo_memory;
 static trueaxis_tables *tables;

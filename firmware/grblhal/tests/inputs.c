@@ -21,6 +21,55 @@ static double corrected_by(void)
     return sum;
 }
 
+/* A bed with a lag of 64 s, whose reading is followed at 0.1 K/s. Temperatures follow the clock, at standstill, too. */
+static void heat(void)
+{
+    start_with(blob("lag"));
+    for (size_t i = 0; i < N_AXIS; i++)
+        settings.axis[i].steps_per_mm *= 64.0f; /* for corrections to show */
+    home(0xFF);
+    CHECK(command("$TRUEAXIS=LENGTH 130") == Status_OK && command("$TRUEAXIS=ON") == Status_OK, "on");
+    CHECK(trueaxis_set_temperature("bed", 20.0f), "bed");
+    double cold = corrected_by();
+    wait_for(30.0); /* for the moves to end by the clock, too */
+    CHECK(trueaxis_set_temperature("bed", 26.0f), "bed");
+    wait_for(64.0);
+    double warm = corrected_by();
+    home(0xFF);
+    double again = corrected_by();
+    wait_for(1200.0);
+    double hot = corrected_by();
+    /* After 60 s of 0.1 K/s and 4 s at 6 K the lag is at 2.34 K, after another 13 s, which the moves take, at 2.82 K; and
+       after the same again at 3.6 K. Homing would start it at the reading. */
+    double share = (warm - cold) / (hot - cold);
+    CHECK(share > 2.34 / 6.0 && share < 2.82 / 6.0, "%g", share);
+    share = (again - cold) / (hot - cold);
+    CHECK(share > 2.34 / 6.0 && share < 3.6 / 6.0, "after homing: %g", share);
+    /* A second counts once, whether moves or the clock show it: seven times as many moves, which take 8 s each, and as long
+       by the clock. Both added would be at 4.5 K. */
+    start_with(blob("lag"));
+    for (size_t i = 0; i < N_AXIS; i++)
+        settings.axis[i].steps_per_mm *= 64.0f;
+    home(0xFF);
+    CHECK(command("$TRUEAXIS=ON") == Status_OK && trueaxis_set_temperature("bed", 20.0f), "again");
+    CHECK(fabs(corrected_by() - cold) < 1e-4, "cold again");
+    wait_for(30.0);
+    CHECK(trueaxis_set_temperature("bed", 26.0f), "bed");
+    for (int times = 0; times < 7; times++) {
+        corrected_by();
+        wait_for(8.0);
+    }
+    share = (corrected_by() - cold) / (hot - cold);
+    CHECK(share > 2.0 / 6.0 && share < 3.4 / 6.0, "moves and clock: %g", share);
+    /* A machine that warms up by 15 K without a move is no failing sensor. */
+    said_nothing();
+    for (int second = 0; second < 300; second++) {
+        CHECK(trueaxis_set_temperature("bed", 20.0f + 0.05f * (float)second), "bed");
+        wait_for(1.0);
+    }
+    CHECK(corrected_by() != 0.0 && strstr(said, "bad") == NULL, "%s", said);
+}
+
 void inputs(void)
 {
     start_with(blob("everything"));
@@ -53,6 +102,7 @@ void inputs(void)
     CHECK(command("$TRUEAXIS=LENGTH") == Status_BadNumberFormat, "no length");
     CHECK(command("$TRUEAXIS=LENGTH 12x") == Status_BadNumberFormat, "12x");
     CHECK(command("$TRUEAXIS=LENGTH nan") == Status_BadNumberFormat, "nan");
+    CHECK(command("$TRUEAXIS=ON off please") == Status_InvalidStatement, "extra words");
     CHECK(command("$TRUEAXIS=SIDEWAYS") == Status_InvalidStatement, "sideways");
     /* A temperature outside of its tables is reported once, and its effect stays what it is at the border. While
        corrections are off, it may have become another one. */
@@ -87,4 +137,5 @@ void inputs(void)
     CHECK(corrected_by() == 0.0, "without Z");
     home(4);
     CHECK(corrected_by() != 0.0, "not corrected");
+    heat();
 }

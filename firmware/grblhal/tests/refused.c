@@ -28,7 +28,8 @@ static void moves_uncorrected(const char *reason)
     CHECK(strstr(said, "Warning: trueaxis: not in use: /trueaxis.trax: ") != NULL, "%s", said);
     CHECK(strstr(said, reason) != NULL, "not `%s` but `%s`", reason, said);
     home((uint8_t)(bit(N_AXIS) - 1));
-    command("$TRUEAXIS=ON");
+    CHECK(command("$TRUEAXIS=ON") == Status_FileReadError && command("$TRUEAXIS=OFF") == Status_OK, "ok for nothing");
+    CHECK(command("$TRUEAXIS=DRY") == Status_FileReadError, "ok for nothing");
     for (int moves = 0; moves < 50; moves++) {
         float to[N_AXIS], at[N_AXIS];
         for (size_t i = 0; i < N_AXIS; i++)

@@ -2,8 +2,8 @@
 
 use trueaxis::link::{CostUnit, LimitCounts, MOST_ROWS};
 use trueaxis::{
-    AUXILIARIES, AuxiliaryKind, Conditions, Correction, Inputs, PATIENCE, Refused, Room, Row,
-    Status, WeightError,
+    AUXILIARIES, AuxiliaryKind, Conditions, Correction, Inputs, Refused, Room, Row, Status,
+    WeightError,
 };
 
 use super::board::{Clock, Command, CorrectionSink, Enabling, PositionSource, Regularity};
@@ -66,8 +66,8 @@ pub struct ServoSide<C: Room> {
     given_length: Option<f32>,
     last: Correction<C::Axes<f32>>,
     positions: C::Axes<f32>,
-    /// How long the board's source has been silent, s; `None` before its first command.
-    silent: Option<f32>,
+    /// The board's source has commanded: from then on, its silence is a fault, and nothing else commands.
+    has_source: bool,
     batch: Batch<C>,
     counters: Counters<C>,
     /// Time since start: whole seconds, and nominal periods since then.
@@ -118,7 +118,7 @@ impl<C: Room> ServoSide<C> {
             given_length: None,
             last: rest,
             positions: C::Axes::<f32>::all(0.0),
-            silent: None,
+            has_source: false,
             batch: Batch {
                 commands: [C::Axes::<f32>::all(0.0); MOST_ROWS],
                 results: [rest; MOST_ROWS],
@@ -151,7 +151,7 @@ impl<C: Room> ServoSide<C> {
     /// One servo period: takes a command, updates the servo, outputs the correction.
     ///
     /// Commands of `source` take precedence over those of the link. If a source has given commands and then stops, that
-    /// is a fault: the correction is held, and ramped to zero after [`PATIENCE`]. Before its first command, and with
+    /// is a fault: the correction is held, and ramped to zero after [`PATIENCE`](trueaxis::PATIENCE). Before its first command, and with
     /// the link alone, a period without a command does not count, because the commands set the pace.
     pub fn tick<K: Clock>(
         &mut self,
@@ -167,7 +167,7 @@ impl<C: Room> ServoSide<C> {
         let command = source.take();
         self.note(&source.regularity());
         if let Some(command) = &command {
-            self.silent = Some(0.0);
+            self.has_source = true;
             self.heed(command);
         }
         if self.suspended {
@@ -185,8 +185,7 @@ impl<C: Room> ServoSide<C> {
         } else if let Some(axes) = self.batch.next() {
             self.update(axes, clock);
             self.batch.put(self.last);
-        } else if let Some(silent) = &mut self.silent {
-            *silent += self.period;
+        } else if self.has_source {
             self.counters.missed = self.counters.missed.wrapping_add(1);
             // NaN: the servo holds, and ramps to zero if this lasts.
             self.update(C::Axes::<f32>::all(f32::NAN), clock);
@@ -388,10 +387,10 @@ impl<C: Room> ServoSide<C> {
 
     /// Begins a batch of commands from the link and drops what is left of the previous one.
     ///
-    /// Returns false while the board's source commands.
+    /// Returns false once the board's source has commanded.
     pub(crate) fn begin_batch(&mut self) -> bool {
         self.end_batch();
-        self.silent.is_none_or(|silent| silent > PATIENCE)
+        !self.has_source
     }
 
     /// Drops the rest of the batch.

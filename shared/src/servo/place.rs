@@ -42,7 +42,6 @@ impl<H: Handle> Servo<H> {
     /// stack.
     pub fn new_in(place: &mut MaybeUninit<Self>, handle: H) -> &mut Self {
         let weights = handle.get().weights();
-        let axes = handle.get().axes().len();
         let zeros = Values::<H>::all(0.0);
         write_fields!(
             place.as_mut_ptr(),
@@ -83,10 +82,36 @@ impl<H: Handle> Servo<H> {
         );
         // SAFETY: all fields are written.
         let servo = unsafe { place.assume_init_mut() };
-        for axis in 0..axes {
-            servo.lanes.append(Lane::new(axis));
-        }
-        servo.take_limits();
+        servo.restart();
         servo
+    }
+
+    /// Begins again as after [`new`](Self::new), for a controller whose positions are set anew while nothing moves (after
+    /// homing): every correction is zero at once, no axis is referenced, no direction of travel is known. What was
+    /// switched on stays on, and so do the weights and the temperatures with their lags. A compensation or weights that
+    /// were waiting are in use.
+    pub fn restart(&mut self) {
+        self.factor = Ramp::ZERO;
+        self.take_at_zero();
+        let zeros = Values::<H>::all(0.0);
+        self.correction = Correction {
+            dq: zeros,
+            computed: zeros,
+            status: Status::default(),
+        };
+        self.before = zeros;
+        self.blend = Ramp::ZERO;
+        self.inputs = Inputs::at(zeros);
+        self.travelling = Travelling::default();
+        self.at_rest = false;
+        self.following = Following::Frozen;
+        self.fault = 0.0;
+        self.referenced = 0;
+        self.common = Common::STILL;
+        self.lanes = <H::Room as Room>::AxisList::EMPTY;
+        for axis in 0..self.current.get().axes().len() {
+            self.lanes.append(Lane::new(axis));
+        }
+        self.take_limits();
     }
 }

@@ -4,9 +4,13 @@ use super::lane::Step;
 use super::period::{LONGEST_PERIOD, PATIENCE, is_period};
 use super::state::{Fading, Following, Servo, Values, Waiting};
 use crate::description::AUXILIARIES;
+use crate::guard::smaller;
 use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::Conditions;
+
+/// Longest time, s, that passes in one call of [`Servo::pass_time`]: a thousand periods.
+const MOST_TIME: f32 = 10.0;
 
 impl<H: Handle> Servo<H> {
     /// Adopts the period of this update, which differs from the last. If it is too long, the corrections advance by
@@ -63,6 +67,31 @@ impl<H: Handle> Servo<H> {
             self.take_temperatures();
         }
         rests
+    }
+
+    /// Time in which nothing is updated, s: temperatures are followed for so long, at most 10 s, and corrections stay as
+    /// they are. For a controller that updates the servo while it plans a move, at the periods of that move: what passes in
+    /// addition, at standstill or because the move is slower, has to be told.
+    pub fn pass_time(&mut self, auxiliaries: &[f32; AUXILIARIES], time: f32) {
+        if self.current.get().reach().temperatures == 0 {
+            return;
+        }
+        let inputs = Inputs {
+            axes: self.inputs.axes,
+            auxiliaries: *auxiliaries,
+        };
+        let dt = self.common.dt;
+        let mut left = if time > 0.0 {
+            smaller(time, MOST_TIME)
+        } else {
+            0.0
+        };
+        while left > 0.0 {
+            self.common.dt = smaller(left, LONGEST_PERIOD);
+            left -= LONGEST_PERIOD;
+            self.follow_auxiliaries(&inputs, false);
+        }
+        self.common.dt = dt;
     }
 
     /// Takes the followed temperatures into the computed correction.

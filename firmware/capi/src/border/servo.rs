@@ -154,6 +154,36 @@ pub unsafe extern "C" fn trueaxis_servo_dry_run(servo: *mut Servo, on: i32) -> C
     })
 }
 
+/// Begins again as after `trueaxis_servo_new`, for a controller whose positions are set anew while nothing moves (after
+/// homing): every correction is zero at once, no axis is referenced, no direction of travel is known. What was switched
+/// on stays on, and so do the weights and the temperatures with their lags. Tables that were waiting are in use.
+///
+/// # Safety
+/// No other thread uses it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trueaxis_servo_restart(servo: *mut Servo) -> Code {
+    guarded(|| {
+        // SAFETY: guaranteed by the caller.
+        unsafe { super::servo(servo) }?.servo.restart();
+        Ok(())
+    })
+}
+
+/// Time (s) in which nothing is updated: temperatures are followed for so long, at most 10 s in a call, and corrections stay
+/// as they are. For a controller that updates while it plans a move, at the periods of that move: what passes in
+/// addition, at standstill or because the move is slower, has to be told.
+///
+/// # Safety
+/// No other thread uses it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trueaxis_servo_pass_time(servo: *mut Servo, time: f64) -> Code {
+    guarded(|| {
+        // SAFETY: guaranteed by the caller.
+        unsafe { super::servo(servo) }?.pass_time(time);
+        Ok(())
+    })
+}
+
 /// Sets an auxiliary input by its index: a tool length in mm, or a temperature in °C (its reference is subtracted
 /// here). Inputs with the same name, one sensor with several lags, are set together; the servo applies the lags. Takes
 /// effect at the next update, and is faded in. An input that was never set, or is NAN because its sensor
@@ -305,8 +335,8 @@ pub unsafe extern "C" fn trueaxis_servo_take_retired(
 }
 
 /// Measurement mode: converts measured axis positions (a touch probe, the scales) to the commands that lead there,
-/// removing the correction to the extent that it is in. Uses the directions of travel, weights and auxiliary inputs of
-/// the last update. Returns `TRUEAXIS_RESULT_MOVING` during a ramp or fade: subtract the correction of the period in
+/// removing the correction to the extent that it is in. Uses the directions of travel, weights, tool length and
+/// temperatures (as they were followed) of the last update. Returns `TRUEAXIS_RESULT_MOVING` during a ramp or fade: subtract the correction of the period in
 /// question instead. Takes four evaluations. The arrays may be the same.
 ///
 /// # Safety

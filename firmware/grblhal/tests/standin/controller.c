@@ -46,6 +46,7 @@ char said[8192];
 static sys_state_t state;
 static int32_t planner_position[N_AXIS];
 static bool motion_cancel;
+static uint32_t ticks;
 static foreground_task_ptr startup;
 static sys_commands_t *commands;
 
@@ -456,6 +457,20 @@ static void no_options(bool newopt)
     (void)newopt;
 }
 
+static uint32_t elapsed_ticks(void)
+{
+    return ticks;
+}
+
+/* protocol.c, protocol_main_loop. */
+void wait_for(double seconds)
+{
+    for (int looks = 0; looks < 100.0 * seconds; looks++) {
+        ticks += 10;
+        grbl.on_execute_realtime(state);
+    }
+}
+
 static void nothing_else(sys_state_t of)
 {
     (void)of;
@@ -472,6 +487,8 @@ void controller_start(void (*set_up_kinematics)(void))
     grbl.on_execute_realtime = nothing_else;
     grbl.check_travel_limits = check_travel_limits;
     hal.stream.write = say;
+    hal.get_elapsed_ticks = elapsed_ticks;
+    ticks = UINT32_MAX - 20000; /* it wraps around after 20 s */
     planned = executed = 0;
     meanwhile = NULL;
     motion_cancel = false;

@@ -49,6 +49,8 @@ void said_nothing(void);
 /* Starts, with kinematics set up after the plugin, or null. */
 void controller_start(void (*set_up_kinematics)(void));
 void set_state(sys_state_t to);
+/* Time passes while the controller waits for a command. */
+void wait_for(double seconds);
 /* A line as with G1 (mm/min), G0 (feed 0), or as specified in `data`. Returns false if refused by the soft limits. */
 bool line_to(const float *target, float feed);
 bool line(const float *target, plan_line_data_t data);

@@ -104,6 +104,69 @@ fn a_lag_follows_what_is_followed_at_the_rate() {
 }
 
 #[test]
+fn positions_that_are_set_anew_leave_the_heat_where_it_is() {
+    let mut servo = running(&heated(LAGGING), 2.0);
+    for _ in 0..2000 {
+        servo.update(&warm(8.0), ALL, DT);
+    }
+    let lagged = servo.auxiliaries()[0];
+    assert!(lagged > 2.0 && lagged < 2.1, "{lagged}");
+    servo.restart();
+    assert_eq!(servo.correction().dq, [0.0; 3]);
+    assert_eq!(servo.factor(), 0.0);
+    // Still enabled: the corrections return, and the lag went on from where it was.
+    let mut seconds = 0.001;
+    while servo.factor() < 1.0 {
+        servo.update(&warm(8.0), ALL, DT);
+        seconds += 0.001;
+    }
+    let found = servo.auxiliaries()[0];
+    assert!(found > lagged && found < lagged + 0.05 * 6.0 * seconds);
+    // It would have started at the reading.
+    let mut new = S::new(leak(&heated(LAGGING)));
+    new.update(&warm(8.0), ALL, DT);
+    assert_eq!(new.auxiliaries()[0], 8.0);
+}
+
+#[test]
+fn time_that_passes_without_updates_counts_for_temperatures_and_moves_nothing() {
+    let mut moving = running(&heated(LAGGING), 2.0);
+    let mut resting = running(&heated(LAGGING), 2.0);
+    for second in 0..90 {
+        for _ in 0..1000 {
+            moving.update(&warm(8.0), ALL, DT);
+        }
+        let before = resting.correction().dq;
+        let aux = warm(8.0).auxiliaries;
+        // In ten parts, one of which is neither a whole number of periods nor positive.
+        (0..9).for_each(|_| resting.pass_time(&aux, 0.1));
+        resting.pass_time(&aux, 0.0988);
+        resting.pass_time(&aux, -1.0);
+        resting.pass_time(&aux, f32::NAN);
+        assert_eq!(resting.correction().dq, before);
+        // What has changed comes in within the bounds.
+        let change = resting.update(&warm(8.0), ALL, DT).dq[0] - before[0];
+        assert!(
+            change.abs() <= 1.000_01 * DT * bare().axes[0].rate_bound,
+            "{second}"
+        );
+        for _ in 0..200 {
+            resting.update(&warm(8.0), ALL, 1e-6);
+        }
+        // Steps of 10 instead of 1 ms: the error of Euler's method is half a step, 0.05/s · 6 K · 5 ms.
+        let off = moving.auxiliaries()[0] - resting.auxiliaries()[0];
+        assert!(off.abs() < 3e-3, "{off}");
+    }
+    assert!(moving.auxiliaries()[0] > 7.0);
+    // A call takes no longer than ten seconds' worth.
+    let lagged = resting.auxiliaries()[0];
+    resting.pass_time(&warm(8.0).auxiliaries, f32::INFINITY);
+    resting.update(&warm(8.0), ALL, DT);
+    let left = 8.0 - resting.auxiliaries()[0];
+    assert!((left / (8.0 - lagged) - 0.606_5).abs() < 1e-3);
+}
+
+#[test]
 fn a_lost_or_implausible_reading_is_a_fault_and_is_not_followed() {
     // 5 to 120 °C, and the reference is 20 °C.
     for lost in [

@@ -208,6 +208,7 @@ typedef struct {
     struct {
         void (*write)(const char *s);
     } stream;
+    uint32_t (*get_elapsed_ticks)(void); /* ms */
 } grbl_hal_t;
 extern grbl_hal_t hal;
 void my_plugin_init(void);
