@@ -38,6 +38,7 @@ struct cycle {
     unsigned taken;                  /* number of files */
     enum reason why;
     int awaited;                     /* the joint that is not homed or is homing, or -1 */
+    enum trouble of_file;            /* why the last file was not accepted */
 };
 
 /* State of the real-time thread. */
@@ -76,17 +77,22 @@ static trueaxis_result begin_with(struct place *next)
     return result;
 }
 
-/* Adopts loaded tables as soon as possible. */
+/* Adopts loaded tables as soon as possible. With the same axes and inputs the servo stays, and with it the lags of its
+ * temperatures, whether corrections are in or not. */
 static void take_offered(struct cycle *c)
 {
     struct place *next = loading_offered();
     trueaxis_result result;
-    bool fade = servo != NULL && !idle(c);
+    bool fade = servo != NULL;
     if (next == NULL)
         return;
     result = fade ? trueaxis_servo_swap(servo, next->tables, NULL) : begin_with(next);
     if (result == TRUEAXIS_RESULT_BUSY)
         return;
+    if (fade && result != TRUEAXIS_RESULT_OK && idle(c)) {
+        fade = false;
+        result = begin_with(next);
+    }
     if (result == TRUEAXIS_RESULT_OK) {
         refused = TROUBLE_NONE;
         retiring = fade;
@@ -224,10 +230,11 @@ static enum trouble run_cycle(struct cycle *c, double period)
     give_back();
     if (servo != NULL)
         found = update(c, period);
+    c->of_file = loading_trouble();
+    if (c->of_file == TROUBLE_NONE)
+        c->of_file = refused;
     if (found == TROUBLE_NONE)
-        found = loading_trouble();
-    if (found == TROUBLE_NONE)
-        found = refused;
+        found = c->of_file;
     c->why = state_of(c, found);
     return found;
 }

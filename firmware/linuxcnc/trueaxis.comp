@@ -104,7 +104,7 @@ pin in  bit   reload "A rising edge reads the file again";
 pin out bit   loading "A file is being read, or is waiting to be used";
 pin out bit   fading "The corrections are fading over to another file";
 pin out unsigned loads "Number of files accepted";
-pin out unsigned reloads "Number of rising edges of reload that have been answered: fault\\-code says how";
+pin out unsigned reloads "Number of rising edges of reload that have been answered: load\\-fault says how";
 pin out unsigned checksum "Checksum of the file in use, which identifies it; 0 without a file";
 pin out bit   active "Corrections are applied, at least partly";
 pin out float factor "The fade factor of all corrections, 0 to 1";
@@ -114,6 +114,7 @@ pin out bit   saturated "A correction is limited to the largest of its axis";
 pin out bit   beyond_range "A temperature is outside of the range that was measured: its effect stays what it is at the border";
 pin out bit   fault "There is a fault: see fault\\-code";
 pin out unsigned fault_code "The kind of fault: see NOTES";
+pin out unsigned load_fault "The kind of fault for which the last file was not accepted; 0 if it was. fault\\-code is the same unless there is another fault";
 pin in  float tool_length = NAN "From motion.tooloffset.z, in machine units";
 pin in  float temperature_#[8 : (personality >> 5) & 31] = NAN "Temperatures in °C, in the order of the file";
 pin in  float weight_#[16 : (personality >> 10) & 31] = NAN "Weights of the adjustable terms, in the order of the file; until set, those stored in the file";
@@ -152,7 +153,7 @@ static bool reload_before;
  * in every period. They are also written in turn, one per period, for pins that are connected while HAL runs. */
 static struct {
     float in;
-    unsigned taken, sum, code, answers;
+    unsigned taken, sum, code, of_file, answers;
     bool acting, cut_off, beyond, busy, fades;
     enum reason why;
     int awaited;
@@ -210,7 +211,7 @@ FUNCTION(write_)
     if (asked && !reload_before)
         loading_ask();
     reload_before = asked;
-    /* If nothing is being read now, `found` below is about the last file. */
+    /* If nothing is being read now, `of_file` below is about the last file. */
     answers = loading_busy() ? shown.answers : loading_requests();
 
     found = run_cycle(&now, fperiod);
@@ -237,5 +238,6 @@ FUNCTION(write_)
         fault_code = shown.code = found;
         loading_report(found);
     }
+    SHOW(7, load_fault, shown.of_file, now.of_file);
     SHOW(7, reloads, shown.answers, answers);
 }

@@ -55,8 +55,6 @@ FAULTS = [
 ]
 # Colour of each state: in, out, on its way, wrong.
 COLOURS = ["in", "out", "out", "way", "way", "wrong", "way", "way"]
-# Faults of the file alone.
-OF_FILE = range(1, 6)
 PERIOD_MS = 100
 # The longest that reading a file takes, in periods.
 LONGEST = 100
@@ -462,8 +460,8 @@ class Panel:
             yield True
         yield True
         set_pin("reload", 0)
-        code = pin("fault-code")
-        if code not in OF_FILE:
+        code = pin("load-fault")
+        if not code:
             return
         if old is not None:
             put(self.configuration.file, old)

@@ -274,7 +274,7 @@ def run(asked):
 
 def move(asked):
     """To machine positions; the stylus must be clear."""
-    if asked.get("clear", True) and stat.probe_val:
+    if asked.get("clear", True):
         stat.poll()
         if stat.probe_val:
             raise Refused("the probe is tripped before a move", "free the stylus, look at its battery and cable")
@@ -338,7 +338,7 @@ def set_pins(asked):
 
 
 def reload(component, seconds=20):
-    """Lets the component read its file, while the corrections are out; says which fault it has then."""
+    """Lets the component read its file, while the corrections are out; says why it does not take it, or 0."""
     hal.set_p(component + ".enable", "0")
     wait(lambda: hal.get_value(component + ".factor") == 0, "the corrections do not fade out", seconds)
     answered = hal.get_value(component + ".reloads")
@@ -354,7 +354,7 @@ def reload(component, seconds=20):
     wait(is_answered, "the file is not read", seconds)
     hal.set_p(component + ".reload", "0")
     wait(lambda: not hal.get_value(component + ".loading"), "the file is not read", seconds)
-    return hal.get_value(component + ".fault-code")
+    return hal.get_value(component + ".load-fault")
 
 
 def put(path, contents):

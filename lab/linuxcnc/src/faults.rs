@@ -293,19 +293,25 @@ fn reloading(bench: &LinuxCncBench) -> Result<(), String> {
         + &referenced(5)
         + &steps("enable=1 factor?1 loads?1")
         + &again("damaged.trax")
-        + &steps("fault-code?2 reloads?1")
+        + &steps("fault-code?2 load-fault?2 reloads?1")
         + &again("router.trax")
         + &steps("fault-code?3")
         + &again("other.trax")
         + &steps("fault-code?5 loads?1 factor?1")
         // The same file again: faded, although nothing changes.
         + &again("huron.trax")
-        + &steps("loads?2 fault?FALSE enable=0 active?FALSE")
+        + &steps("loads?2 fault?FALSE load-fault?0 enable=0 active?FALSE")
+        + &again("huron.trax")
+        + &steps("loads?3 fading?FALSE fault?FALSE")
         + &again("other.trax")
-        + &steps("loads?3 enable=1 factor?1 fault?FALSE")
+        + &steps("loads?4 enable=1 factor?1 fault?FALSE")
+        // Another fault does not hide what became of a file.
+        + &steps("joint.0.pos-in=nan fault-code?6")
+        + &again("damaged.trax")
+        + &steps("load-fault?2 fault-code?6 joint.0.pos-in=0 fault-code?2 factor?1")
         + "loadusr -w rm /tmp/machine.trax\n"
         + &pulse("reload")
-        + &steps("reloads?6 fault-code?1 factor?1");
+        + &steps("reloads?8 fault-code?1 factor?1");
     run(
         bench,
         &lines,

@@ -215,7 +215,13 @@ fn in_hal(arguments: &Arguments) -> Result<Outcome, BadInput> {
         let head = "HAL: trueaxis\n".to_owned();
         files::print(&text(head, &before.lines(), &after.lines()))?;
     }
-    Ok(Outcome::Done)
+    match (&arguments.what, after.load_fault()) {
+        (ControlCommand::Reload, Some(fault)) => {
+            eprintln!("the file is not accepted: {fault}; what was in use stays in use");
+            Ok(Outcome::CheckFailed)
+        }
+        _ => Ok(Outcome::Done),
+    }
 }
 
 /// Gives `reload` a rising edge and waits until the component has answered it. An edge counts when the servo thread has

@@ -107,7 +107,16 @@ impl PinValues {
 
     /// The fault, if any.
     pub fn fault(&self) -> Option<&'static str> {
-        let code = self.index("fault-code");
+        self.fault_of("fault-code")
+    }
+
+    /// Why the last file was not accepted, if it was not.
+    pub fn load_fault(&self) -> Option<&'static str> {
+        self.fault_of("load-fault")
+    }
+
+    fn fault_of(&self, pin: &str) -> Option<&'static str> {
+        let code = self.index(pin);
         let fault = FAULTS.get(code).copied().unwrap_or("unknown");
         (code != 0).then_some(fault)
     }

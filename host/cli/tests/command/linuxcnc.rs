@@ -1358,6 +1358,7 @@ fn with_halcmd(folder: &Folder, words: &[&str]) -> (Option<i32>, String) {
 here=$(dirname "$0")
 case "$1 $2" in
 "-s show") cat "$here/pins" ;;
+"setp trueaxis.reload") sed -i "s/u32 OUT . trueaxis.reloads/u32 OUT 7 trueaxis.reloads/" "$here/pins" ;;
 "setp trueaxis.enable") sed -i "s/bit IN FALSE trueaxis.enable/bit IN TRUE trueaxis.enable/;s/OUT 1 trueaxis.state/OUT 3 trueaxis.state/" "$here/pins" ;;
 *) echo "signal '$2' already has writer" >&2; exit 1 ;;
 esac
@@ -1394,7 +1395,10 @@ fn the_component_is_watched_and_switched_through_its_pins() {
 9 float OUT 0 trueaxis.factor
 9 u32 OUT 1 trueaxis.state
 9 s32 OUT 0 trueaxis.waiting-for
-9 u32 OUT 0 trueaxis.fault-code
+9 bit IN FALSE trueaxis.reload
+9 u32 OUT 0 trueaxis.reloads
+9 u32 OUT 8 trueaxis.fault-code
+9 u32 OUT 2 trueaxis.load-fault
 9 u32 OUT 2 trueaxis.loads
 9 u32 OUT 42 trueaxis.checksum
 9 float IN nan trueaxis.tool-length
@@ -1425,11 +1429,15 @@ fn the_component_is_watched_and_switched_through_its_pins() {
         said.starts_with("time,0,d0,computed 0,factor,state,"),
         "{said}"
     );
-    has(&said, ",12.5,0,0.0125,0,3,0,0,0,1\n");
+    has(&said, ",12.5,0,0.0125,0,3,0,8,0,1\n");
     let (_, said) = run(&["monitor", "--hal", "--json", "--count", "1"]);
     let object: Value = serde_json::from_str(&said).unwrap();
     assert_eq!(object["reason"], "joint 0 is not homed");
     assert_eq!(object["inputs"]["tool-length"], Value::Null);
+    // A file that is not accepted, whatever else is wrong.
+    let (code, said) = run(&["control", "--hal", "reload"]);
+    assert_eq!(code, Some(1), "{said}");
+    has(&said, "the file is not accepted: the file is damaged");
     // A pin that a panel drives, and what only boards have.
     let (code, said) = run(&["control", "--hal", "dry-run", "on"]);
     assert_eq!(code, Some(2), "{said}");
@@ -1468,7 +1476,7 @@ fn an_axis_of_the_wrong_sign_is_named() {
     machine.change(
         "machine.hal",
         pin,
-        &format!("{pin}setp xyzac-trt-kins.conventional-directions 1\n"),
+        &format!("{pin}setp xyzac-trt-kins.conventional-directions TRUE\n"),
     );
     let both = text.replace("name = \"A\"\n", "name = \"A\"\nreversed = true\n");
     let both = both.replace("name = \"C\"\n", "name = \"C\"\nreversed = true\n");

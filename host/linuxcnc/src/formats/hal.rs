@@ -197,7 +197,7 @@ impl Hal {
     pub fn value(&self, pin: &str) -> Option<(f64, &HalCommand)> {
         let set = self.values.get(self.signal(pin).unwrap_or(pin));
         let (value, command) = set.or_else(|| self.values.get(pin))?;
-        Some((value.parse().ok()?, command))
+        Some((number(value)?, command))
     }
 
     /// All pins of a signal.
@@ -231,6 +231,17 @@ pub fn missing(place: &FileLocation, file: &str, cause: &str) -> FileError {
         "named here",
         "HAL files are looked up next to the INI file, or in LinuxCNC's library if LIB: precedes the name",
     )
+}
+
+/// A value as `halcmd` takes it: TRUE and FALSE in any case for bits, hexadecimal numbers for integers.
+fn number(value: &str) -> Option<f64> {
+    let bit = |word: &str| value.eq_ignore_ascii_case(word);
+    match value.get(..2) {
+        _ if bit("TRUE") => Some(1.0),
+        _ if bit("FALSE") => Some(0.0),
+        Some("0x" | "0X") => u32::from_str_radix(&value[2..], 16).ok().map(f64::from),
+        _ => value.parse().ok(),
+    }
 }
 
 fn is_arrow(word: &str) -> bool {
@@ -329,6 +340,26 @@ mod tests {
         assert_eq!(hal.values["a"].0, "100");
         assert_eq!(hal.values["b"].0, "1005");
         assert_eq!(hal.values["b"].1.place.source.name, "more.hal");
+    }
+
+    #[test]
+    fn bits_and_integers_are_read_as_halcmd_reads_them() {
+        let hal = take(
+            "setp a TRUE\nsetp b false\nsetp c 0x1F\nsetp d -2.5\nsetp e yes\nnet x p => q\nsets x True\n",
+        );
+        let hal = hal.unwrap();
+        let value = |pin: &str| hal.value(pin).map(|(value, _)| value);
+        let found = ["a", "b", "c", "d", "e", "q", "none"].map(value);
+        let wanted = [
+            Some(1.0),
+            Some(0.0),
+            Some(31.0),
+            Some(-2.5),
+            None,
+            Some(1.0),
+            None,
+        ];
+        assert_eq!(found, wanted);
     }
 
     #[test]
