@@ -14,7 +14,7 @@ pub struct SchemeResult {
     /// tolerance; only from schemes that measure it.
     pub structure_error: Option<f64>,
     /// The tolerance (mm, as in the options) that the tables meet according to the scheme's own measurements: the
-    /// requested one, a coarser one, or `None`.
+    /// requested one, or `None`.
     pub meets: Option<f64>,
     /// True if more tables, terms or bytes would be needed than the target holds.
     pub is_full: bool,

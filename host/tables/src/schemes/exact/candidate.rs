@@ -36,23 +36,14 @@ pub struct Candidate {
     pub structure_error: f64,
     /// Number of motion pairs included.
     pub pairs: usize,
-    /// The multiple of the tolerance that it was made for.
-    pub factor: f64,
     /// True if its weights have been fitted as far as possible.
     pub is_fitted: bool,
-    /// Whether it fills the target, and what was left out, in units of the requested tolerance.
-    pub is_full: bool,
-    pub left_out: f64,
 }
 
 impl Candidate {
-    /// The multiple of the tolerance that it meets according to measurement: 1, or the coarser one that it was made
-    /// for.
-    pub fn meets(&self) -> Option<f64> {
-        let multiples = [1.0, self.factor].into_iter();
-        multiples
-            .filter(|f| *f >= 1.0)
-            .find(|f| self.verdict.error <= GOOD * f)
+    /// True if it meets the tolerance according to measurement.
+    pub fn is_good(&self) -> bool {
+        self.verdict.error <= GOOD
     }
 
     /// Fits its weights; true if it then meets the tolerance. If it nearly does, repeats the fit with the positions at
@@ -70,14 +61,11 @@ impl Candidate {
             let Some(mut verdict) = judge.measure(&draft, target) else {
                 return Ok(false);
             };
-            // The fitted draft must meet whatever this one was confirmed to meet.
             let good = verdict.error <= GOOD;
-            let meets = self.meets().filter(|_| !good).unwrap_or(1.0);
-            let is_confirmed =
-                confirm(judge, Some(&mut *self), &draft, &mut verdict, meets, target)?;
+            let is_confirmed = confirm(judge, Some(&mut *self), &draft, &mut verdict, target)?;
             // Of the same positions.
             let before = self.verdict.error;
-            let keeps = is_confirmed || self.meets().is_none();
+            let keeps = is_confirmed || !self.is_good();
             let harmless = verdict.harm <= HARMLESS;
             if keeps && harmless && verdict.error < self.verdict.error {
                 self.draft = draft;
@@ -101,17 +89,16 @@ impl Candidate {
     }
 }
 
-/// Measures a draft at many more positions; true if it stays within `factor` times the tolerance. Otherwise the best
+/// Measures a draft at many more positions; true if it stays within the tolerance. Otherwise the best
 /// so far is measured again, because positions were added.
 pub fn confirm(
     judge: &mut Judge<'_>,
     best: Option<&mut Candidate>,
     draft: &Draft,
     verdict: &mut Verdict,
-    factor: f64,
     target: &Target,
 ) -> Result<bool, SchemeError> {
-    let confirmed = judge.confirm(draft, factor)?;
+    let confirmed = judge.confirm(draft, GOOD)?;
     *verdict = confirmed.added_to(*verdict);
     if let (false, Some(best)) = (confirmed.is_kept, best) {
         let known = judge.measure(&best.draft, target);

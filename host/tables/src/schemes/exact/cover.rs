@@ -3,10 +3,10 @@
 use super::basis::{Basis, Choice};
 use super::component::Component;
 use super::components::Split;
-use super::edit::Spare;
 use super::entries::entries;
 use super::grid::BYTES_PER_INSTRUCTION;
 use super::sampling::Sampler;
+use super::share::Spare;
 use super::structure::{Decomposition, Entry, Function, Key, Memory, Structure, Term};
 use super::variables::Variable;
 use crate::cost;
@@ -22,10 +22,6 @@ use trueaxis_model::validate::Runtime;
 
 /// Share that a basis may leave out, as a fraction of that: every function is combined with many others.
 const BASIS_SHARE: f64 = 0.1;
-/// Adding up and pruning about halve the number of terms, so this many times what the target holds may be chosen
-/// first.
-const BEFORE_FOLDING: usize = 2;
-
 /// The quantity to minimize.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
@@ -144,8 +140,8 @@ pub struct Cover<'a> {
     fibres: Vec<(Fibre, Vec<usize>)>,
     /// All entries, the largest first.
     order: Vec<usize>,
-    /// True if terms are merged further at the end.
-    folds: bool,
+    /// True if tables that are multiples of each other become one at the end.
+    shares: bool,
 }
 
 impl<'a> Cover<'a> {
@@ -182,13 +178,13 @@ impl<'a> Cover<'a> {
             bases,
             fibres,
             order: order(&keys),
-            folds: false,
+            shares: false,
         }
     }
 
-    /// This cover, with terms merged further at the end.
-    pub(crate) fn folded(self, folds: bool) -> Self {
-        Self { folds, ..self }
+    /// This cover, with tables shared at the end.
+    fn sharing(self, shares: bool) -> Self {
+        Self { shares, ..self }
     }
 
     /// The share at which nothing is chosen.
@@ -202,31 +198,23 @@ impl<'a> Cover<'a> {
     ///
     /// A fibre is the sum of all entries that differ in the function of only one variable; it becomes one term with
     /// one merged table. The fibre with the most significant entries is chosen first; small entries are included at
-    /// no cost or left out. `capacity` limits the number of merged tables. `None` if more terms are needed than `first_most`
-    /// before that, or `most` at the end.
-    pub fn choose(
-        &self,
-        share: f64,
-        capacity: usize,
-        [first_most, most]: [usize; 2],
-    ) -> Option<Structure> {
+    /// no cost or left out. `capacity` limits the number of merged tables. `None` if more than `most` terms are needed.
+    pub fn choose(&self, share: f64, capacity: usize, most: usize) -> Option<Structure> {
         let (entries, variables, bases) = (self.entries, self.variables, self.bases);
         let mut structure = Structure::default();
         let mut left = Left::new(entries, share);
-        self.merge(&mut structure, &mut left, capacity, first_most)?;
+        self.merge(&mut structure, &mut left, capacity, most)?;
         // Add the remaining entries, the largest first.
         for &i in &self.order {
-            if structure.terms.len() > first_most {
+            if structure.terms.len() > most {
                 return None;
             }
             if !left.is_little(entries[i].output) && left.take(entries, i) {
                 structure.single(&entries[i], variables, bases);
             }
         }
-        if self.folds {
-            let mut spare = Spare::new(left.squares, share);
-            structure.fold(variables, bases, &mut spare);
-            structure.straighten(bases, &mut spare);
+        if self.shares {
+            structure.share(bases, &mut Spare::new(left.squares, share));
             structure.unshare(bases);
         }
         (structure.terms.len() <= most).then_some(structure)
@@ -359,15 +347,9 @@ pub fn attempt(
 ) -> Result<Attempt, NotConverged> {
     let entries = entries(sampler, components, &bases, tolerance)?;
     let direction = matches!(sampler.kinematics.policy, Policy::Direction { .. });
-    let cover = Cover::new(&entries, &sampler.variables, &bases, minimize).folded(direction);
-    let more = if direction && leaves_out {
-        BEFORE_FOLDING
-    } else {
-        1
-    };
-    let first_most = more * target.terms;
+    let cover = Cover::new(&entries, &sampler.variables, &bases, minimize).sharing(direction);
     let choose = |share: f64| {
-        let structure = cover.choose(share, target.tables * 2 / 3, [first_most, target.terms]);
+        let structure = cover.choose(share, target.tables * 2 / 3, target.terms);
         structure.filter(|s| s.count() <= target.tables)
     };
     let (mut structure, mut left_out) = (choose(share), share);
@@ -418,7 +400,7 @@ mod tests {
             peak: 3.0,
         }];
         let cover = Cover::new(&entries, &variables, &bases, Minimize::Tables);
-        cover.choose(0.1, 255, [100; 2]).unwrap()
+        cover.choose(0.1, 255, 100).unwrap()
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use super::Options;
 use super::grid::Grid;
-use super::points::PeakTables;
 use super::spline;
 use super::structure::{self, Decomposition, Function};
 use super::variables::Kind;
@@ -20,7 +19,6 @@ const SAMPLED: f64 = 1e-10;
 pub fn draft(
     found: &Decomposition<'_>,
     grids: &BTreeMap<usize, Grid>,
-    seen: &BTreeMap<usize, PeakTables>,
     options: &Options,
 ) -> Result<Draft, NotConverged> {
     let kinematics = &found.sampler.kinematics;
@@ -38,9 +36,9 @@ pub fn draft(
             continue;
         }
         let ends = Grid::over(variable.range, 1);
-        layout.add(v, &straight, (ends, SampleFormat::F32), None)?;
+        layout.add(v, &straight, (ends, SampleFormat::F32))?;
         let grid = grids.get(&v).copied().unwrap_or(ends);
-        layout.add(v, &bent, (grid, options.format), seen.get(&v))?;
+        layout.add(v, &bent, (grid, options.format))?;
     }
     Ok(Draft {
         terms: numbered(&terms, &layout.numbers),
@@ -88,13 +86,12 @@ impl BankLayout<'_> {
         self.push(v, &[Function::Sign], bank);
     }
 
-    /// Adds tables of a variable, sampled on a grid, or between the samples that are `seen` if these are dense enough.
+    /// Adds tables of a variable, sampled on a grid.
     fn add(
         &mut self,
         v: usize,
         functions: &[Function],
         (grid, format): (Grid, SampleFormat),
-        seen: Option<&PeakTables>,
     ) -> Result<(), NotConverged> {
         if functions.is_empty() {
             return Ok(());
@@ -111,11 +108,7 @@ impl BankLayout<'_> {
         };
         let at: Vec<f64> = known.sampled_at(variable.wraps).collect();
         let within = Within::new(&at, variable.range, grid.step);
-        let told = seen.and_then(|s| s.between(&within.at));
-        let mut values = match told {
-            Some(values) => values,
-            None => self.found.sample(v, functions, &within.at)?.values,
-        };
+        let mut values = self.found.sample(v, functions, &within.at)?.values;
         for mut column in values.column_iter_mut() {
             within.extend(column.as_mut_slice());
         }
@@ -200,28 +193,11 @@ fn scales_of(uses: usize) -> std::ops::RangeInclusive<f64> {
 /// A factor: a table of a variable.
 type Factor = (usize, Function);
 
-/// The largest weight of a term whose tables take over weights of other terms. It has to compensate for them, and
-/// along a chain of many terms would grow beyond what a blob can hold.
-const MOST_WEIGHT: f64 = 1e6;
-
 /// The terms with weights in mm or degrees, and the scale factor of each table, chosen so that as many weights as
 /// possible are 1, which cost nothing.
 fn weighed(
     machine: &Machine,
     found: &Decomposition<'_>,
-) -> (Vec<structure::Term>, HashMap<Factor, f64>) {
-    let (terms, scales) = weighed_with(machine, found, true);
-    if terms.iter().all(|t| t.weight.abs() <= MOST_WEIGHT) {
-        return (terms, scales);
-    }
-    weighed_with(machine, found, false)
-}
-
-/// Like [`weighed`]; if `freely`, tables also take over weights as small as the tolerance.
-fn weighed_with(
-    machine: &Machine,
-    found: &Decomposition<'_>,
-    freely: bool,
 ) -> (Vec<structure::Term>, HashMap<Factor, f64>) {
     let mut terms = found.structure.terms.clone();
     let mut uses: HashMap<Factor, usize> = HashMap::new();
@@ -245,13 +221,7 @@ fn weighed_with(
         let once = |f: &&Factor| term.factors.iter().filter(|g| g == f).count() == 1;
         let free = term.factors.iter().filter(|f| !scales.contains_key(f));
         if let Some(factor) = free.filter(once).min_by_key(|f| uses[f])
-            && {
-                // Numerical functions are in units of the tolerance, coordinates are not.
-                let unit = machine.axes[term.output].to_command(found.tolerance[term.output]);
-                let size = term.weight.abs();
-                let fits = scales_of(uses[factor]);
-                fits.contains(&size) || freely && fits.contains(&(size / unit))
-            }
+            && scales_of(uses[factor]).contains(&term.weight.abs())
         {
             scales.insert(*factor, term.weight);
             term.weight = 1.0;

@@ -9,7 +9,7 @@
 //! them. So no constant decides whether a result is right: they decide how quickly a good one is found.
 //!
 //! The files, in the order in which they use each other: `nodes`, `variables`, `component`, `sampling`, `along` and `basis` find the
-//! functions; `spline`, `grid`, `structure`, `edit`, `sums`, `fold`, `entries` and `cover` the terms; `points` and `draft` the
+//! functions; `spline`, `grid`, `structure`, `entries`, `share` and `cover` the terms; `points` and `draft` the
 //! tables; `fit`, `trials`, `components`, `tolerance`, `positions`, `judge`, `budget`, `candidate` and `search` try them.
 
 mod along;
@@ -20,10 +20,8 @@ mod component;
 mod components;
 mod cover;
 mod draft;
-mod edit;
 mod entries;
 mod fit;
-mod fold;
 mod grid;
 mod judge;
 mod nodes;
@@ -31,11 +29,11 @@ mod points;
 mod positions;
 mod sampling;
 mod search;
+mod share;
 #[cfg(test)]
 mod specimen;
 mod spline;
 mod structure;
-mod sums;
 mod tolerance;
 mod trials;
 mod variables;
@@ -106,7 +104,7 @@ impl<'a> Exact<'a> {
 
     /// Finds the tables for the tolerance and the target in `options`.
     ///
-    /// If the tolerance cannot be met, the best result is returned, which may have been made for a coarser tolerance.
+    /// If the tolerance cannot be met, the best result is returned.
     /// No axis deviates from the kinematic correction by more than its largest correction or the tolerance, whichever
     /// is larger; if nothing better is found, there are no tables.
     ///
@@ -130,28 +128,17 @@ impl<'a> Exact<'a> {
             return Ok(None);
         }
         let whole = Tolerance::new(&self.kinematics, options.tolerance);
-        let tolerance = whole.axes;
         self.sample(options.tolerance)?;
         let judge = Judge::new(&self.positions, whole);
         let sampled = self.sampled.as_ref().expect("sampled above");
         let mut search = Search::new(self.minimize, options, effort, sampled, judge);
-        if !search.is_worth_while(&tolerance)? {
+        if !search.is_worth_while()? {
             if let Some(error) = search.left_by_target() {
                 self.too_small = Some((options.target.clone(), error * options.tolerance));
             }
             return Ok(None);
         }
-        // Drafts for a finer or a coarser tolerance may improve a result that misses the tolerance, unless only capacity
-        // is lacking: then the smallest parts have been left out already. What misses a tolerance has no size to state.
-        if !search.run(&tolerance)?
-            && effort != Effort::IfItFits
-            && !search.fit()?
-            && !search.lacks_room()
-            && !search.finer(&tolerance)?
-            && !search.fit()?
-            && effort != Effort::IfNearlyMet
-        {
-            search.coarser(&tolerance)?;
+        if !search.run()? && effort != Effort::IfItFits {
             search.fit()?;
         }
         if !search.is_good_enough() {
@@ -167,7 +154,7 @@ impl<'a> Exact<'a> {
             }));
         };
         Ok(Some(schemes::SchemeResult {
-            meets: best.meets().map(|factor| options.tolerance * factor),
+            meets: best.is_good().then_some(options.tolerance),
             draft: best.draft,
             structure_error: Some(best.structure_error),
             is_full: search.is_full,

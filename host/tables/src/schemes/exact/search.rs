@@ -5,7 +5,7 @@ use super::candidate::{Candidate, Effort, HARMLESS, confirm};
 use super::components::{Joint, Split};
 use super::cover::{self, Attempt, Minimize, attempt};
 use super::judge::{Judge, Verdict};
-use super::points::{PeakTables, STUCK};
+use super::points::{Resolved, STUCK};
 use super::sampling::Sampler;
 use super::structure::Decomposition;
 use super::trials::Trials;
@@ -28,13 +28,6 @@ const AIM: f64 = 0.65;
 const STEP: [f64; 2] = [0.3, 0.7];
 /// An error of more than this many times what was left out has another cause: joint effects.
 const CUT: f64 = 2.0;
-/// If the tolerance is missed, drafts for these fractions of it are tried: more tables and less left out, although
-/// the trials did not require it.
-const FINER: [f64; 2] = [0.3, 0.1];
-/// If it is still missed, drafts for these multiples of it are tried too.
-const COARSER: [f64; 16] = [
-    2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5,
-];
 /// Most nodes of joint effects, each counted once for every subset of its switches: half a minute on one core. Weaker
 /// effects are left out.
 const MOST_WORK: usize = 600_000;
@@ -178,11 +171,11 @@ impl<'a> Search<'a> {
     }
 
     /// False if the effort is not worth while for the requested tolerance, before any table has been sampled.
-    pub fn is_worth_while(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
+    pub fn is_worth_while(&mut self) -> Result<bool, SchemeError> {
         if self.effort == Effort::Best {
             return Ok(true);
         }
-        let first = self.attempt(tolerance, MOST_SHARE, false)?;
+        let first = self.attempt(MOST_SHARE, false)?;
         self.is_full |= first.attempt.is_full;
         self.first = Some(first);
         Ok(match (self.left_by_target(), self.effort) {
@@ -198,14 +191,14 @@ impl<'a> Search<'a> {
         first.map(|first| first.error.min(first.attempt.left_out))
     }
 
-    /// Searches a draft that meets a tolerance; true if one was found. Structures leave out less and less. Those that
+    /// Searches a draft that meets the tolerance; true if one was found. Structures leave out less and less. Those that
     /// leave little enough get points, until the result is good and the next structure is dearer.
-    pub fn run(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
+    pub fn run(&mut self) -> Result<bool, SchemeError> {
         let mut walk = Walk::START;
         loop {
             let next = match self.first.take() {
                 Some(first) => first,
-                None => self.attempt(tolerance, walk.share, walk.pairs)?,
+                None => self.attempt(walk.share, walk.pairs)?,
             };
             let is_full = next.attempt.is_full;
             if is_full && walk.is_good {
@@ -221,18 +214,17 @@ impl<'a> Search<'a> {
             let is_last = is_full || is_stuck || walk.share < self.least_share();
             let size = next.size();
             // What a structure leaves, no tables of it make up for.
-            let may_be_met = next.error * self.factor(tolerance) <= self.most(tolerance);
-            let is_tried = may_be_met || self.effort != Effort::IfNearlyMet;
+            let is_tried = next.error <= GOOD || self.effort != Effort::IfNearlyMet;
             if (is_last && is_tried || next.error <= GOOD) && walk.finished != Some(size) {
                 walk.finished = Some(size);
-                let is_better = self.finish(tolerance, &next, false)?
-                    || self.is_measured() && self.finish(tolerance, &next, true)?;
+                let is_better =
+                    self.finish(&next, false)? || self.is_measured() && self.finish(&next, true)?;
                 if walk.is_good && !is_better {
                     break;
                 }
                 walk.is_good |= is_better;
             }
-            if is_other && !walk.pairs && !walk.is_good && self.joint(tolerance)? > 0 {
+            if is_other && !walk.pairs && !walk.is_good && self.joint()? > 0 {
                 walk = Walk::WITH_PAIRS;
                 continue;
             }
@@ -243,9 +235,8 @@ impl<'a> Search<'a> {
             walk.share *= (AIM / next.error).clamp(STEP[0], STEP[1]);
         }
         // Positions at which a later draft failed count for the best one, too.
-        let most = self.most(tolerance);
         let best = self.best.as_ref();
-        Ok(walk.is_good && best.is_some_and(|best| best.verdict.error <= most))
+        Ok(walk.is_good && best.is_some_and(|best| best.verdict.error <= GOOD))
     }
 
     /// A structure that may leave out less is the last one. Where only a size is of interest, what is left out explains no
@@ -257,27 +248,10 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The largest error (in units of the requested tolerance) of a good draft for a tolerance. One for a finer tolerance is meant
-    /// to meet the requested one.
-    fn most(&self, tolerance: &PerAxis) -> f64 {
-        GOOD * self.factor(tolerance).max(1.0)
-    }
-
-    /// A tolerance in units of the requested one: tolerances differ by a common factor.
-    fn factor(&self, tolerance: &PerAxis) -> f64 {
-        tolerance[0] / self.judge.tolerance()[0]
-    }
-
     /// True if motions were measured somewhere; otherwise there are no measured points to go between.
     fn is_measured(&self) -> bool {
         let mut variables = self.sampled.sampler.variables.iter();
         variables.any(|v| v.kinks.len() > v.ends.len())
-    }
-
-    /// True if the error of the best candidate is explained by what was left out for lack of capacity.
-    pub(crate) fn lacks_room(&self) -> bool {
-        let best = self.best.as_ref();
-        best.is_some_and(|b| b.is_full && b.verdict.error < CUT * b.left_out)
     }
 
     /// Fits the weights of the best candidate; true if it then meets the tolerance.
@@ -288,61 +262,13 @@ impl<'a> Search<'a> {
         best.fit(&mut self.judge, &self.options.target, self.effort)
     }
 
-    /// Tries drafts made for finer tolerances; true if one meets this tolerance.
-    pub fn finer(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
-        let reached = |search: &Self| {
-            let best = search.best.as_ref();
-            best.map_or(f64::INFINITY, |b| b.verdict.error)
-        };
-        for factor in FINER {
-            let before = reached(self);
-            if self.is_full {
-                break;
-            }
-            self.run(&tolerance.map(|t| t * factor))?;
-            if reached(self) <= GOOD {
-                return Ok(true);
-            }
-            if reached(self) > STUCK * before {
-                break;
-            }
-        }
-        Ok(false)
-    }
-
-    /// Searches the finest tolerance that is met, among multiples of one that is missed.
-    pub fn coarser(&mut self, tolerance: &PerAxis) -> Result<(), SchemeError> {
-        // A draft for a tolerance not much coarser than the error reached so far may improve on it; where a
-        // tolerance is missed, finer ones are missed too.
-        let error =
-            |best: &Option<Candidate>| best.as_ref().map_or(f64::INFINITY, |b| b.verdict.error);
-        let reached = error(&self.best);
-        // Begin where a structure may leave out even the largest correction: coarser tolerances need no tables either.
-        let needs_none = 2.0 * self.sampled.trials.largest(tolerance) / MOST_SHARE;
-        let count = COARSER.partition_point(|f| *f < needs_none) + 1;
-        let wanted = COARSER.into_iter().take(count).rev();
-        for factor in wanted.filter(|f| *f < 4.0 * reached) {
-            // Its draft may be worse before its weights are fitted.
-            let before = self.best.take();
-            let met = self.run(&tolerance.map(|t| t * factor))?;
-            self.fit()?;
-            if error(&before) <= error(&self.best) {
-                self.best = before;
-            }
-            if !met && self.best.is_some() {
-                break;
-            }
-        }
-        Ok(())
-    }
-
     /// Number of motion pairs whose joint effect is significant and fits into the given work.
-    fn joint(&mut self, tolerance: &PerAxis) -> Result<usize, SchemeError> {
+    fn joint(&mut self) -> Result<usize, SchemeError> {
         if self.pairs.is_none() {
             let joint = components::second_order(
                 &self.sampled.sampler,
                 &self.sampled.joint,
-                tolerance,
+                self.judge.tolerance(),
                 MOST_WORK,
             )?;
             self.pairs = Some(joint.len());
@@ -362,7 +288,8 @@ impl<'a> Search<'a> {
 
     /// Tries a structure that leaves out no more than a share of the tolerance, with or without effects of motion
     /// pairs.
-    fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
+    fn attempt(&self, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
+        let tolerance = self.judge.tolerance();
         let Sampled {
             sampler, trials, ..
         } = self.sampled;
@@ -375,10 +302,9 @@ impl<'a> Search<'a> {
         let mut attempt = attempt(
             sampler, components, bases, tolerance, target, share, leaves_out,
         )?;
-        let factor = self.factor(tolerance);
         let found = attempt.found(sampler, components, tolerance);
         let mut left = trials.left(&found)?;
-        let share_of = |d: &PerAxis, j: &Jacobian| self.judge.share(d, j) / factor;
+        let share_of = |d: &PerAxis, j: &Jacobian| self.judge.share(d, j);
         let mut error = trials.error(&left, tolerance, share_of);
         if error > GOOD && error <= FAR_OUT_OF_REACH {
             let structure = left.fitted(&attempt.structure);
@@ -396,12 +322,8 @@ impl<'a> Search<'a> {
 
     /// Gives the tables of an attempt as few points as are enough; true if the draft is good, and cheaper than the best one.
     /// Points go between measured positions of motions only if `finer`.
-    fn finish(
-        &mut self,
-        tolerance: &PerAxis,
-        tried: &Tried,
-        finer: bool,
-    ) -> Result<bool, SchemeError> {
+    fn finish(&mut self, tried: &Tried, finer: bool) -> Result<bool, SchemeError> {
+        let tolerance = *self.judge.tolerance();
         let attempt = &tried.attempt;
         if attempt.structure.count() > usize::from(u8::MAX) {
             return Ok(false);
@@ -409,37 +331,32 @@ impl<'a> Search<'a> {
         let sampled = self.sampled;
         let with = self.with_pairs.clone().filter(|_| tried.pairs);
         let components = &with.as_deref().unwrap_or(&sampled.first).components;
-        let found = &attempt.found(&sampled.sampler, components, tolerance);
-        let factor = self.factor(tolerance);
+        let found = &attempt.found(&sampled.sampler, components, &tolerance);
         let pairs = self.pairs.filter(|_| tried.pairs).unwrap_or(0);
         let mut points = Points {
             found,
-            peaks: PeakTables::all(found)?,
+            resolved: Resolved::all(found)?,
             finer,
-            most: self.most(tolerance),
             budget: Budget::new(tried.error),
             own: f64::INFINITY,
         };
         let candidate = |draft, verdict| Candidate {
             draft,
             verdict,
-            structure_error: tried.error * factor,
+            structure_error: tried.error,
             pairs,
-            factor,
             is_fitted: false,
-            is_full: attempt.is_full,
-            left_out: attempt.left_out * factor,
         };
-        let (most, target) = (points.most, &self.options.target);
+        let target = &self.options.target;
         while let Some((draft, mut verdict)) = self.fewest(&mut points, candidate)? {
             let best = self.best.as_mut();
-            let is_kept = confirm(&mut self.judge, best, &draft, &mut verdict, most, target)?
+            let is_kept = confirm(&mut self.judge, best, &draft, &mut verdict, target)?
                 && verdict.harm <= HARMLESS;
             let next = candidate(draft, verdict);
             let best = self.best.as_ref();
             let is_better = match is_kept {
                 true => best.is_none_or(|best| {
-                    best.verdict.error > most
+                    best.verdict.error > GOOD
                         || self.minimize.cost(&next.draft) < self.minimize.cost(&best.draft)
                 }),
                 // It is no good, but may leave less than all others.
@@ -471,7 +388,7 @@ impl<'a> Search<'a> {
         loop {
             let draft = points.draft(self.options)?;
             let early = match good {
-                Some(_) => points.most,
+                Some(_) => GOOD,
                 None => f64::INFINITY,
             };
             let target = &self.options.target;
@@ -481,7 +398,7 @@ impl<'a> Search<'a> {
                     self.is_full = true;
                     Seen::TooLarge
                 }
-                Some(verdict) if verdict.error <= points.most && verdict.harm <= HARMLESS => {
+                Some(verdict) if verdict.error <= GOOD && verdict.harm <= HARMLESS => {
                     good = Some((draft, verdict));
                     Seen::Good
                 }
@@ -508,11 +425,9 @@ impl<'a> Search<'a> {
 /// A structure whose tables get points.
 struct Points<'a> {
     found: &'a Decomposition<'a>,
-    peaks: BTreeMap<usize, PeakTables>,
+    resolved: BTreeMap<usize, Resolved>,
     /// True if points may go between measured positions of motions.
     finer: bool,
-    /// A draft is good if it leaves no more than this, in units of the requested tolerance.
-    most: f64,
     budget: Budget,
     /// The least that a harmless draft leaves that is not good.
     own: f64,
@@ -521,11 +436,13 @@ struct Points<'a> {
 impl Points<'_> {
     /// The draft with the number of points that the budget wants.
     fn draft(&mut self, options: &Options) -> Result<Draft, NotConverged> {
-        let Self { found, peaks, .. } = self;
-        let grids = points::grids(found, peaks, options, self.budget.share, self.finer)?;
+        let Self {
+            found, resolved, ..
+        } = self;
+        let grids = points::grids(found, resolved, options, self.budget.share, self.finer)?;
         if options.points.is_some() || grids.is_empty() {
             self.budget.ends();
         }
-        draft::draft(found, &grids, peaks, options)
+        draft::draft(found, &grids, options)
     }
 }

@@ -155,15 +155,6 @@ impl Trials {
         })
     }
 
-    /// Largest reference correction, in units of the tolerance: what a structure without terms leaves.
-    pub fn largest(&self, tolerance: &PerAxis) -> f64 {
-        let all = self
-            .tried
-            .iter()
-            .flat_map(|(_, c, _)| c.iter().zip(tolerance));
-        all.fold(0.0, |most, (c, t)| most.max((c / t).abs()))
-    }
-
     /// What a structure leaves.
     pub fn left(&self, found: &Decomposition<'_>) -> Result<Left, NotConverged> {
         let mut tables: BTreeMap<(usize, Function), Vec<f64>> = BTreeMap::new();
@@ -261,7 +252,12 @@ mod tests {
         let before = trials.error(&left, &TOLERANCE, largest);
         let fitted = left.fitted(&structure);
         let after = trials.error(&left, &TOLERANCE, largest);
-        ([before, after], fitted, trials.largest(&TOLERANCE))
+        let sizes = trials
+            .tried
+            .iter()
+            .flat_map(|(_, correction, _)| correction);
+        let sizes = sizes.map(|size| size.abs() / 1e-3);
+        ([before, after], fitted, sizes.fold(0.0, f64::max))
     }
 
     #[test]
