@@ -61,6 +61,9 @@ pub struct SkewFound {
     /// Largest corrections of X and Y (µm) where the firmware does not apply them, if there are such places.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_ends_um: Option<[f64; 2]>,
+    /// What Klipper leaves of the map along a move (µm) unless its configuration says otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub split_um: Option<f64>,
     /// Number of random positions with random directions of travel.
     pub positions: usize,
 }
@@ -74,6 +77,10 @@ pub struct SkewWritten {
     pub map: Option<String>,
 }
 
+/// Fewest positions for the factors.
+const LEAST_FITTED: usize = 1000;
+/// `split_delta_z` of Klipper by default (µm): a move is cut where the map has changed by so much.
+const KLIPPER_SPLITS: f64 = 25.0;
 /// Name of the profile that is written for Klipper.
 pub(crate) const PROFILE: &str = "trueaxis";
 
@@ -255,7 +262,8 @@ pub fn skew(
             OTHER,
         )
     })?;
-    let commands = random_of(runtime.compensation(), positions, seed);
+    // The factors need positions all over the travel, however few are asked for to verify them.
+    let commands = random_of(runtime.compensation(), positions.max(LEAST_FITTED), seed);
     let corrections = parallel::map(&commands, |command| {
         let found = runtime.evaluate(command);
         [x, y, z].map(|i| f64::from(found[i]))
@@ -281,7 +289,8 @@ pub fn skew(
         turned_urad: part.turned.map(|t| t * 1e6),
         axes: [0, 1, 2]
             .map(|output| part.remaining(output, &at, &corrections, |p| by_text(output, p))),
-        positions,
+        split_um: (firmware == Firmware::Klipper && map.is_some()).then_some(KLIPPER_SPLITS),
+        positions: commands.len(),
     };
     Ok((SkewWritten { lines, map }, found))
 }

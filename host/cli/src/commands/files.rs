@@ -339,6 +339,12 @@ pub fn write_all(files: &[(PathBuf, String)]) -> Result<(), BadInput> {
     let Some(((path, text), rest)) = files.split_first() else {
         return Ok(());
     };
+    if rest.iter().any(|(other, _)| replace::is_same(other, path)) && !is_screen(path) {
+        return Err(BadInput::new(
+            format!("{} would be written twice", path.display()),
+            "give the results different names",
+        ));
+    }
     if is_screen(path) {
         write(path, text.as_bytes())?;
         return write_all(rest);

@@ -83,6 +83,19 @@ fn real(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or(path)
 }
 
+/// True if both paths are of one file, which would be written at the same time; devices take what they get.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    let partial = |path: &Path| {
+        let path = real(path);
+        let is_file = std::fs::metadata(&path).map_or(true, |found| found.is_file());
+        let partial = partial_path(&path);
+        let folder = folder(&partial).canonicalize().ok();
+        let whole = folder.zip(partial.file_name());
+        is_file.then(|| whole.map_or(partial.clone(), |(folder, name)| folder.join(name)))
+    };
+    partial(a).is_some_and(|a| partial(b) == Some(a))
+}
+
 fn folder(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,

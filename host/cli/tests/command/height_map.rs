@@ -17,6 +17,10 @@ fn a_map_that_was_exported_is_identified_as_the_errors_that_it_corrects() {
     let both = folder.at("both.cfg");
     let twice = format!("export klipper {trax} -o {both} --height-map {both}");
     refused(&split(&twice), &["would be written twice"]);
+    let other = format!("{}/./both.cfg", folder.path().display());
+    let twice = format!("export klipper {trax} -o {both} --height-map {other}");
+    refused(&split(&twice), &["would be written twice"]);
+    assert!(!std::path::Path::new(&both).exists());
     for (firmware, name) in [("klipper", "mesh.cfg"), ("reprapfirmware", "heightmap.csv")] {
         let (lines, map) = (folder.at("lines"), folder.at(name));
         let said = done(&format!(

@@ -235,3 +235,39 @@ fn copied_rows_are_named() {
     let (_, said) = identified(&folder, &observed);
     assert!(!said.contains("equal to the last digit"), "{said}");
 }
+
+/// Ten runs of X that read 20 nm/mm, while the machine becomes `longer` (µm at the end) from the first to the last.
+fn warming(longer: f64) -> String {
+    let mut text = "# axis = \"X\"\n# reads = \"tool +X\"\n# unit = \"um\"\n# at = { Y = 150, Z = -200 }\ntarget".to_owned();
+    let runs = || (1..=5).flat_map(|run| [(run, 1), (run, -1)]);
+    for (run, direction) in runs() {
+        text += &format!(",{:+}", direction * run);
+    }
+    for target in 0..=10 {
+        text += &format!("\n{}", 50 * target);
+        for (number, (run, direction)) in runs().enumerate() {
+            // Scatter of a few tenths of a micrometre in no order.
+            let noise = f64::from((7 * target + 5 * run + 3 * direction) % 11 - 5) / 20.0;
+            let warm = longer * number as f64 / 9.0 * f64::from(target) / 10.0;
+            text += &format!(",{:.2}", f64::from(target) + noise + warm);
+        }
+    }
+    text + "\n"
+}
+
+#[test]
+fn readings_that_go_one_way_from_run_to_run_are_a_warm_up() {
+    let folder = Folder::new();
+    let machine = example("mill-21/machine.toml");
+    let said = |longer: f64| {
+        let runs = folder.file("runs.csv", warming(longer));
+        let output = run(&format!("measured {machine} {runs}"));
+        plain(&[&output.stdout[..], &output.stderr[..]].concat())
+    };
+    let warm = said(10.0);
+    assert!(
+        warm.contains("the readings at X 500 change from run to run in one direction, by 9.1 µm"),
+        "{warm}"
+    );
+    assert!(!said(0.0).contains("from run to run"), "{}", said(0.0));
+}

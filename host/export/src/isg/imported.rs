@@ -2,6 +2,7 @@
 
 use super::COMPONENTS;
 use super::parameters::{IsgParameters, IsgTable};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::ops::Range;
 use trueaxis_model::machine::{Axis, Machine};
@@ -29,6 +30,7 @@ pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String,
             "give a CSV of ISG, or a file of Etalon's variant Vendor",
         ));
     }
+    once_each(parameters)?;
     let (mut located, mut left_out) = (String::new(), Vec::new());
     let mut tables = parameters.tables.clone();
     for (name, value, span) in &parameters.constants {
@@ -68,6 +70,16 @@ pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String,
         };
         add_slope(&mut tables, COMPONENTS[straightness], axis, slope, span);
     }
+    if left_out.len() == parameters.constants.len() && tables.is_empty() {
+        return Err(FileError::here(
+            parameters.constants[0].2.clone(),
+            format!(
+                "there is no error of an axis in it: {} are of the control's own model, or move only the datum",
+                left_out.join(", ")
+            ),
+            "look for misspelt names: A0C is the inclination of C about X, EXY a motion over the position of Y",
+        ));
+    }
     let name = toml::Value::from(machine.name.as_str());
     let mut text = format!("machine = {name}\n");
     if !left_out.is_empty() {
@@ -89,6 +101,29 @@ pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String,
         }
     }
     Ok(text)
+}
+
+/// Refuses a parameter that is there twice: neither is known to be the right one.
+fn once_each(parameters: &IsgParameters) -> Result<(), FileError> {
+    let constants = parameters
+        .constants
+        .iter()
+        .map(|(name, _, span)| (name, span));
+    let tables = parameters
+        .tables
+        .iter()
+        .map(|table| (&table.name, &table.span));
+    let mut seen = BTreeSet::new();
+    for (name, span) in constants.chain(tables) {
+        if !seen.insert(name) {
+            return Err(FileError::here(
+                span.clone(),
+                format!("`{name}` is given twice"),
+                "leave one of them out",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// A table of this machine has a part of its axis' travel.

@@ -341,4 +341,12 @@ fn what_has_no_parameters_or_is_of_another_machine_is_refused() {
         said.starts_with("EAX from -9000 to -8000, and X travels"),
         "{said}"
     );
+    // Neither of two is known to be the right one; a misspelt name is no parameter of the control's model.
+    let twice = refused("[C0Y]\nVALUE = 1e-4\n[C0Y]\nVALUE = 5e-4\n");
+    assert_eq!(twice, "`C0Y` is given twice");
+    let misspelt = refused("[PC0Y]\nVALUE = 1e-4\n[NA0Z]\nVALUE = 5e-4\n");
+    assert!(
+        misspelt.starts_with("there is no error of an axis in it: PC0Y, NA0Z are of"),
+        "{misspelt}"
+    );
 }

@@ -9,7 +9,7 @@ pub struct ConfigSection<'t> {
     /// What stands between the brackets.
     pub name: &'t str,
     /// First line of the section.
-    line: TextLine<'t>,
+    pub line: TextLine<'t>,
     options: Vec<ConfigEntry<'t>>,
 }
 
@@ -39,9 +39,15 @@ impl<'t> ConfigSection<'t> {
         })
     }
 
-    /// An option that may be there.
+    /// An option that may be there. Of several the last one counts, in letters of any case.
     pub fn given(&self, key: &str) -> Option<&ConfigEntry<'t>> {
-        self.options.iter().find(|option| option.key == key)
+        let is_it = |option: &&ConfigEntry<'t>| option.key.eq_ignore_ascii_case(key);
+        self.options.iter().rev().find(is_it)
+    }
+
+    /// True if it stands for another file.
+    pub fn is_include(&self) -> bool {
+        self.name.starts_with("include ")
     }
 }
 

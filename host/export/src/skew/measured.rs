@@ -14,14 +14,18 @@ pub const PLANES: [(&str, [usize; 2], [&str; 2]); 3] = [
     ("yz", [1, 2], ["EA0Z", "EA0Y"]),
 ];
 
-/// A squareness error of more than this (mm per mm) is a mistake of measuring: 5.7°.
-const MOST: f64 = 0.1;
+/// A squareness error of more than this (mm per mm) is a mistake of measuring: 1.7°, which eyes see.
+const MOST: f64 = 0.03;
+/// So is a side that is longer than the other one by more than this factor: a diagonal was taken for a side.
+const SLIM: f64 = 4.0;
 
 /// What is wrong with lengths or with a machine.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeasuredError {
     /// They cannot be the diagonals and a side of one parallelogram.
-    #[error("diagonals of {0} and {1} mm and a side of {2} mm do not belong to one rectangle")]
+    #[error(
+        "diagonals of {0} and {1} mm and a side of {2} mm are of no rectangle that is nearly right-angled, with sides of at most 4 to 1"
+    )]
     Lengths(f64, f64, f64),
     /// Not a printer.
     #[error("the machine has no axes X, Y and Z along x, y and z")]
@@ -40,7 +44,9 @@ pub fn lean([ac, bd, ad]: [f64; 3]) -> Result<f64, MeasuredError> {
     let other = (ac * ac + bd * bd) / 2.0 - ad * ad;
     let cosine = (ac * ac - bd * bd) / (4.0 * ad * other.max(0.0).sqrt());
     let lean = cosine / (1.0 - cosine * cosine).sqrt();
-    match lean.is_finite() && lean.abs() <= MOST {
+    let sides = ad * ad / other;
+    let is_slim = !(SLIM.powi(-2)..=SLIM.powi(2)).contains(&sides);
+    match lean.is_finite() && lean.abs() <= MOST && !is_slim {
         true => Ok(lean),
         false => Err(MeasuredError::Lengths(ac, bd, ad)),
     }
@@ -161,6 +167,9 @@ mod tests {
             [141.0, 141.0, 300.0],
             [0.0, 141.0, 100.0],
             [180.0, 90.0, 100.0],
+            // A slip of a digit, and a diagonal in place of a side.
+            [141.32, 150.51, 100.0],
+            [141.32, 141.51, 141.4],
         ] {
             assert!(lean(bad).is_err());
         }

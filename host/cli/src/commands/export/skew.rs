@@ -150,6 +150,12 @@ fn screen(text: &str, found: &SkewFound) -> String {
     shown += &format!(
         "not counted: the work is turned by {x:.0}, {y:.0} and {z:.0} µrad about X, Y and Z\n"
     );
+    if let Some(um) = found.split_um {
+        shown += &format!(
+            "Klipper follows the map in steps of split_delta_z: {um:.0} µm by default may remain along a move in addition; set \
+             split_delta_z: 0.01 in [bed_mesh], the least it takes\n"
+        );
+    }
     if let Some([x, y]) = found.at_ends_um {
         shown += &format!(
             "Marlin corrects nothing in the first mm of X and of Y, nor where that would leave the travel: up to {x:.1} µm \
