@@ -160,7 +160,62 @@ pub fn of_readings(machine: &Machine, file: usize, line: &AxisRuns) -> Vec<Doubt
         remedy: REMEDY,
     });
     let misread = misread(machine, file, line);
-    misread.into_iter().chain(outlying).collect()
+    let drift = drift(machine, file, line);
+    misread.into_iter().chain(drift).chain(outlying).collect()
+}
+
+/// Fewest runs in which an order says anything: five runs in one direction have the same order by chance once in 60 times.
+const ORDERED: usize = 8;
+
+/// Readings that go one way from run to run, which repeatability is not: a machine or an instrument that is warming up. Told
+/// from the target whose reading has changed most, in all directions of travel.
+fn drift(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt> {
+    if line.columns.len() < ORDERED {
+        return None;
+    }
+    let runs = |direction: f64| {
+        let runs = line.columns.iter();
+        runs.filter(move |run| run.direction == direction)
+            .map(|run| &run.readings)
+    };
+    let change = |direction: f64, k: usize| {
+        let mut readings = runs(direction).map(|readings| readings[k]);
+        let first = readings.next();
+        first.zip(readings.next_back()).map(|(a, b)| b - a)
+    };
+    let changes = [1.0, -1.0].map(|direction| {
+        let all = (0..line.targets.len()).filter_map(|k| change(direction, k));
+        all.collect::<Vec<f64>>()
+    });
+    let whole = |k: usize| changes.iter().filter_map(|c| c.get(k)).sum::<f64>();
+    let order = |a: &usize, b: &usize| whole(*a).abs().total_cmp(&whole(*b).abs());
+    let most = (0..line.targets.len()).max_by(order)?;
+    let sign = whole(most).signum();
+    let goes_on = |direction: f64| {
+        let readings: Vec<f64> = runs(direction).map(|readings| readings[most]).collect();
+        readings
+            .windows(2)
+            .all(|pair| (pair[1] - pair[0]) * sign > 0.0)
+    };
+    if whole(most) == 0.0 || ![1.0, -1.0].into_iter().all(goes_on) {
+        return None;
+    }
+    let directions = changes.iter().filter(|c| !c.is_empty()).count();
+    let axis = &machine.axes[line.setup.moved];
+    let (unit, per_unit) = match line.setup.is_angular() {
+        true => ("µrad", 1e6),
+        false => ("µm", 1e3),
+    };
+    Some(Doubt {
+        file: Some(file),
+        what: format!(
+            "the readings at {} {} change from run to run in one direction, by {:.1} {unit} from the first to the last: their mean belongs to no state of the machine, and an uncertainty from their scatter is too small",
+            axis.letter,
+            line.targets[most],
+            whole(most) / directions as f64 * per_unit
+        ),
+        remedy: "measure once machine and instrument are warm",
+    })
 }
 
 /// Readings that are in another unit than their file declares.

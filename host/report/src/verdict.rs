@@ -103,12 +103,16 @@ fn expected(volumetric: &Volumetric, errors: &ErrorModel) -> Option<String> {
         true => "the tip is off by no more than about",
         false => "the measured errors put the tip off by about",
     };
+    let between = match errors.bounds_the_tip() {
+        true => ", but no errors that vary between the measured positions",
+        false => "",
+    };
     let exact = match known.exact {
         0 => String::new(),
         n => format!(", of which {n} of {} count as exact", n + known.uncertain),
     };
     Some(format!(
-        "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst{and_direction} (each with 95 % probability, over the {}). This includes the uncertainty of the parameters{exact}, and the remaining error of the tables.{direction}",
+        "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst{and_direction} (each with 95 % probability, over the {}). This includes the uncertainty of the parameters{exact}, and the remaining error of the tables{between}.{direction}",
         zone(known)
     ))
 }
@@ -376,7 +380,7 @@ mod tests {
         assert!(
             said[0].ends_with(
                 " 6.1 µm at the worst (each with 95 % probability, over the travel). This includes the uncertainty of the \
-                 parameters, and the remaining error of the tables. The tool direction was not measured: the errors of the \
+                 parameters, and the remaining error of the tables, but no errors that vary between the measured positions. The tool direction was not measured: the errors of the \
                  model turn it by up to 7.7, 7.7 and 16 µrad; other errors are unknown."
             ),
             "{said:?}"
@@ -402,7 +406,8 @@ mod tests {
             [
                 "With these tables the tip is off by no more than about 3.1 µm on average, 3.1 µm at 95 % of positions \
                  and 6.1 µm at the worst, and the tool direction by 7.7, 7.7 and 16 µrad (each with 95 % probability, over \
-                 the travel). This includes the uncertainty of the parameters, and the remaining error of the tables.",
+                 the travel). This includes the uncertainty of the parameters, and the remaining error of the tables, but no \
+                 errors that vary between the measured positions.",
                 "The spindle's Z position (EZ0S) causes 56 of 66 µm on average.",
                 "With exact parameters, the tables reduce the tip error from 66 to 0.05 µm and the direction error \
                  from 89 to 1.7 µrad (means). The parameters are known to ±2.1 µm and ±4.0 µrad (95 %).",

@@ -2,6 +2,7 @@
 
 mod observed;
 mod of;
+mod probed;
 
 pub use observed::{
     CycleRecord, DriftRecord, NoiseRecord, ObservedRecord, PartStated, ReadingRecord,
@@ -95,13 +96,20 @@ pub struct Identification {
     pub warnings: Vec<StudyWarning>,
 }
 
-/// The probed range of an axis.
+/// Which positions of an axis were measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Probed {
     /// Letter of the axis.
     pub axis: char,
     /// Smallest and largest position (mm, deg).
     pub range: [f64; 2],
+    /// The step (mm, deg) of a grid that all positions are on, unless it is finer than 1 mm or 1°: errors that repeat within
+    /// it are not seen.
+    #[serde(default)]
+    pub step: Option<f64>,
+    /// The widest stretch without a position, if it is more than a fifth of the range.
+    #[serde(default)]
+    pub gap: Option<[f64; 2]>,
 }
 
 /// A ball.

@@ -16,8 +16,8 @@ const SETUP: &str = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -20\nA = 0\n
 travel = { X = \"+\", Y = \"+\", Z = \"+\", A = \"+\", C = \"+\" }\n[offset.G54]\nX = 200\nY = 150\nZ = -160\n\
 [tool.1]\nlength = 100\n";
 
-/// The machine with a reversal threshold of a ten-thousandth of a mm or degree: what goes back by less takes up none of its lost
-/// motion, which is no fault of the program.
+/// The machine with a reversal threshold of 0.0001 mm or degrees. A shorter way back takes up no lost motion, whatever the
+/// program says.
 fn without_threshold(machine: &Path, work: &Path) -> Result<PathBuf, String> {
     let text = std::fs::read_to_string(machine).map_err(|e| e.to_string())?;
     let path = work.join("machine.toml");

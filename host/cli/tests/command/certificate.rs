@@ -153,7 +153,9 @@ fn limits_are_judged_with_their_uncertainty_and_the_tables() {
     let errors = folder.file("errors.toml", huron_without(&[]));
     let judged = |all: &[(&str, f64)], more: &[&str]| {
         let limits = all.iter().map(|(quantity, um)| limit(quantity, *um));
-        let stated = STATED.to_owned() + &limits.collect::<String>();
+        let is_length = all.iter().any(|(quantity, _)| *quantity == "tip mean");
+        let stated = STATED.to_owned() + if is_length { LENGTH } else { "" };
+        let stated = stated + &limits.collect::<String>();
         let (code, all, json) = decided(&folder, &errors, &stated, identified(""), more);
         let decisions = all.into_iter().map(|[decision, _]| decision);
         (code, decisions.collect::<Vec<_>>(), json)
@@ -181,6 +183,8 @@ fn limits_are_judged_with_their_uncertainty_and_the_tables() {
 
 /// The date and an instrument.
 const STATED: &str = "date = 2026-11-26\n[[instrument]]\nname = \"Touch probe\"\n";
+/// The uncertainty of the length reference.
+const LENGTH: &str = "[uncertainty]\nartefact_um = 0.1\nexpansion_um = 0.1\n";
 
 /// A limit in the unit of its quantity.
 fn limit(quantity: &str, at_most: f64) -> String {
@@ -255,19 +259,33 @@ fn nothing_passes_without_its_grounds() {
         (code, all)
     };
     let found = identified;
-    let (code, all) = judged(STATED, &errors, found(""));
-    assert!(
-        all.iter().all(|[decision, _]| decision == "pass"),
-        "{all:?}"
-    );
-    assert_eq!(code, Some(0));
+    let (code, all) = judged(&(STATED.to_owned() + LENGTH), &errors, found(""));
+    for (k, [decision, why]) in all.iter().enumerate() {
+        match k {
+            0 | 7 => assert!(why.contains("of a parameter does not include"), "{why}"),
+            _ => assert_eq!(decision, "pass", "{why}"),
+        }
+    }
+    assert_eq!(code, Some(1));
+    // What depends on a length does not pass unless the uncertainty of its reference is stated.
+    let (_, all) = judged(STATED, &errors, found(""));
+    for (k, [decision, why]) in all.iter().enumerate() {
+        match k {
+            0 | 5 | 6 => assert_eq!(decision, "pass", "{why}"),
+            _ => assert!(
+                why.starts_with("the uncertainty of the length reference"),
+                "{why}"
+            ),
+        }
+    }
     // Without a misfit nothing shows what other errors do.
     let alone = text.replace("misfit_um = 0.5\nmisfit_urad = 0.5\n", "");
     let alone = folder.file("alone.toml", backlash(&alone));
     let (_, decisions) = judged(STATED, &alone, found(""));
     for (k, [decision, why]) in decisions.iter().enumerate() {
         match k {
-            0 | 7 => assert_eq!(decision, "pass", "{why}"),
+            0 => assert_eq!(decision, "pass", "{why}"),
+            7 => assert!(why.starts_with("the uncertainty of the length"), "{why}"),
             _ => assert!(why.starts_with("no misfit is stated"), "{decision} {why}"),
         }
     }
@@ -329,7 +347,6 @@ fn nothing_passes_without_its_grounds() {
 fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matters() {
     let folder = Folder::new();
     let names = [
-        "EZ0S",
         "tip p95",
         "direction mean",
         "E X",
@@ -339,7 +356,7 @@ fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matte
         "G YZ",
     ];
     let limits = names.map(|name| limit(name, 9999.0));
-    let stated = STATED.to_owned() + &limits.concat();
+    let stated = STATED.to_owned() + LENGTH + &limits.concat();
     let open = |more: &str| {
         let errors = folder.file("errors.toml", huron_without(&[]) + more);
         let (code, all, _) = decided(&folder, &errors, &stated, identified(""), &[]);
@@ -369,13 +386,54 @@ fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matte
 }
 
 #[test]
+fn nothing_passes_on_a_grid_that_hides_what_repeats_within_it() {
+    let folder = Folder::new();
+    let errors = folder.file("errors.toml", huron_without(&[]));
+    let grid = r#"{ "axis": "X", "range": [-350.0, 350.0], "step": 50.0 }"#;
+    let gap = r#"{ "axis": "A", "range": [-100.0, 100.0], "gap": [10.0, 60.0] }"#;
+    let found = identified("")
+        .map(|text| text.replace("\"probed\": []", &format!("\"probed\": [{grid}, {gap}]")));
+    let names = ["tip p95", "E X", "E Y", "G YZ"];
+    let limits = names.map(|name| limit(name, 9999.0)).concat();
+    let judged = |more: &str| {
+        let stated = format!("{STATED}{LENGTH}{more}{limits}");
+        let (_, all, json) = decided(&folder, &errors, &stated, found.clone(), &[]);
+        let missing = json["missing"].to_string();
+        assert!(
+            missing.contains("All positions of X are on a grid of 50 mm"),
+            "{missing}"
+        );
+        assert!(
+            missing.contains("Nothing was measured between A 10 and 60°"),
+            "{missing}"
+        );
+        all
+    };
+    // E Y and the circle in YZ do not move X.
+    let all = judged("");
+    let decisions = all.iter().map(|[decision, _]| &decision[..]);
+    let decisions: Vec<&str> = decisions.collect();
+    assert_eq!(decisions, ["not_decided", "not_decided", "pass", "pass"]);
+    assert!(
+        all[1][1].contains("errors that repeat within it are not seen: measure at others"),
+        "{all:?}"
+    );
+    // Stated, they widen the interval.
+    let all = judged("periodic_um = 2.0\n");
+    assert!(
+        all.iter().all(|[decision, _]| decision == "pass"),
+        "{all:?}"
+    );
+}
+
+#[test]
 fn a_limit_of_tip_and_direction_can_be_decided_for_the_probed_zone() {
     let folder = Folder::new();
     let machine = example("huron-k2x8/machine.toml");
     let zone = "[calibrated]\nX = [-320.0, 320.0]\nY = [-100.0, 100.0]\n";
     let errors = folder.file("errors.toml", huron_without(&[]) + zone);
     let judged = |limit: &str| {
-        let stated = format!("{STATED}[[limit]]\n{limit}\n");
+        let stated = format!("{STATED}{LENGTH}[[limit]]\n{limit}\n");
         let (_, all, json) = decided(&folder, &errors, &stated, identified(""), &[]);
         let one = &json["judged"][0];
         let words = one["words"].as_str().unwrap().to_owned();

@@ -209,6 +209,7 @@ const BAD: &str = r##"
     # unit              | # offset_mm = [0, 0];# unit | 2 numbers, where 3 are expected | how it was
     ROWS |                             | nothing follows the lines with # | target,+1
     ROWS | target;0;                   | the header has no column for a run | target,+1
+    ROWS | target,+1,-1,-1;0,1,2,3;    | column 4: `-1` is there twice | its own number
     ROWS | target,run1;0,1;            | column 2: `run1` is not a run with a direction | direction of travel
     ROWS | target,+1;0,1;              | 1 targets, not at least two | each target
     ROWS | target,+1;0,1;10,1,2;       | line 7: the row has 3 columns, the header has 2 | every run

@@ -44,6 +44,9 @@ struct RadiusHeading {
     at: Option<toml::Table>,
 }
 
+/// Readings that all differ from the number of the radius by less than this part of it are lengths.
+const LENGTHS_NOT_DEVIATIONS: f64 = 2e-3;
+
 const HEADING: &str = "begin the file with # radius_mm = 150.0 and # unit = \"um\" (or \"mm\"), each in a line of its own";
 const COLUMNS: &str = "name the columns: angle,ccw,cw or angle,ccw or angle,cw on a circle (degrees), X,Y,Z,radial on a sphere (mm from the centre of the test)";
 const VALUES: &str =
@@ -66,6 +69,26 @@ pub fn read(text: &str) -> Result<Radii, FileError> {
     let (radius, factor) = heading.numbers()?;
     let table = CsvTable::open(text, end, COLUMNS, VALUES)?;
     let readings = readings(table, radius, factor)?;
+    // Deviations scatter by more than a thousandth of themselves, lengths do not.
+    let all: Vec<f64> = match &readings {
+        RadiusReadings::Circle(turns) => {
+            let turns = turns.counter_clockwise.iter().chain(&turns.clockwise);
+            turns.map(|(_, value)| *value / factor).collect()
+        }
+        RadiusReadings::Sphere(all) => all.iter().map(|(_, value)| *value / factor).collect(),
+    };
+    let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+    let is_length = |value: &f64| (value - radius).abs() < LENGTHS_NOT_DEVIATIONS * radius;
+    if !all.is_empty() && all.iter().all(is_length) {
+        let unit = heading.unit.as_ref().map_or(0..0, |unit| unit.span());
+        return Err(FileError::here(
+            unit,
+            format!(
+                "the readings are about {mean:.4}: these are lengths of a bar of {radius} mm, in mm"
+            ),
+            "write deviations from radius_mm, in the unit that is stated: 0.0025 for 100.0025 of 100 mm",
+        ));
+    }
     Ok(Radii {
         radius,
         at: heading.positions(),
@@ -186,6 +209,7 @@ mod tests {
             angle,ccw;0,1;                                 | 0 | the file does not say `radius_mm`
             # radius_mm = 100;angle,ccw;                   | 0 | the file does not say `unit`
             # radius_mm = 0.1;# unit = "um";angle,ccw;     | 1 | a ball-bar cannot be 0.1 mm long
+            # radius_mm = 100;# unit = "um";angle,ccw;0,99.9975;90,100.0025;180,100; | 2 | the readings are about 100.0000: these are lengths of a bar of 100 mm, in mm
             # radius_mm = 100;# unit = "furlong";angle,ccw;| 2 | `furlong` is not a unit of length
             HEAD                          | 0 | nothing follows the lines with #
             HEADangle,phi;                | 3 | column 2: `phi` is not a known column

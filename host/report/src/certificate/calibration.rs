@@ -42,20 +42,32 @@ pub struct CalibrationRecord {
 /// Standard uncertainties (µm) of a coordinate of the tip by what the readings do not show.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StatedUncertainty {
-    /// Form and diameter of the ball, length of the bar.
+    /// Form and diameter of the ball, length of the bar, wavelength of the laser.
     pub artefact_um: Option<f64>,
     /// Difference of temperature between machine and artefact, and their coefficients of expansion.
     pub expansion_um: Option<f64>,
     /// Variation of the probe's pre-travel with direction.
     pub lobes_um: Option<f64>,
+    /// Errors that repeat between the measured positions: pitch of a screw, teeth of a worm wheel.
+    pub periodic_um: Option<f64>,
 }
 
 impl StatedUncertainty {
     /// All that are stated, combined (µm).
     pub(super) fn combined_um(&self) -> f64 {
-        let all = [self.artefact_um, self.expansion_um, self.lobes_um];
+        let all = [
+            self.artefact_um,
+            self.expansion_um,
+            self.lobes_um,
+            self.periodic_um,
+        ];
         let squares = all.iter().flatten().map(|um| um * um);
         squares.sum::<f64>().sqrt()
+    }
+
+    /// True if that of the length reference is stated.
+    pub(super) fn has_length(&self) -> bool {
+        self.artefact_um.is_some() && self.expansion_um.is_some()
     }
 }
 
@@ -108,6 +120,7 @@ struct StatedEntry {
     artefact_um: Option<Spanned<f64>>,
     expansion_um: Option<Spanned<f64>>,
     lobes_um: Option<Spanned<f64>>,
+    periodic_um: Option<Spanned<f64>>,
 }
 
 /// A date in quotes or without.
@@ -170,6 +183,7 @@ impl CalibrationRecord {
                 artefact_um: uncertainty(file.uncertainty.artefact_um)?,
                 expansion_um: uncertainty(file.uncertainty.expansion_um)?,
                 lobes_um: uncertainty(file.uncertainty.lobes_um)?,
+                periodic_um: uncertainty(file.uncertainty.periodic_um)?,
             },
             ..Self::default()
         };

@@ -38,7 +38,10 @@ impl<'a> Grounds<'a> {
             Decision::NotDecided => None,
             Decision::Fail => self.doubt(quantity),
             // A wrong "fail" costs another measurement, a wrong "pass" the part.
-            Decision::Pass => self.doubt(quantity).or_else(|| self.not_stated(quantity)),
+            Decision::Pass => self
+                .doubt(quantity)
+                .or_else(|| self.not_stated(quantity))
+                .or_else(|| self.between(quantity)),
         };
         match doubt {
             None => (of_interval, None),
@@ -151,6 +154,27 @@ impl<'a> Grounds<'a> {
         })
     }
 
+    /// The first axis along which errors may repeat that no measured position shows, unless their size is stated.
+    fn between(&self, quantity: Quantity) -> Option<String> {
+        if self.stated.uncertainty.periodic_um.is_some() {
+            return None;
+        }
+        let axes = self.subject.machine.axes.iter().enumerate();
+        let mut moved = axes.filter(|(index, _)| {
+            let used = self.used(quantity, *index);
+            used.is_some_and(|[from, to]| to - from > ROUNDED)
+        });
+        let identification = self.report.identification.as_ref()?;
+        moved.find_map(|(_, axis)| {
+            let mut probed = identification.probed.iter();
+            let one = probed.find(|one| one.axis == axis.letter.char())?;
+            let blind = one.step.and_then(|_| one.blind_to())?;
+            Some(format!(
+                "{blind}: measure at others, or state their size as periodic_um under [uncertainty]"
+            ))
+        })
+    }
+
     /// The range of an axis (mm, deg) that the quantity depends on; `None` if it is of no position.
     fn used(&self, quantity: Quantity, index: usize) -> Option<[f64; 2]> {
         let axis = &self.subject.machine.axes[index];
@@ -195,11 +219,14 @@ impl<'a> Grounds<'a> {
                 "no identification is given: whether the residuals fit is unknown"
             }
             () if identification.is_some_and(|found| !found.is_judged()) && of_model => {
-                "no noise is stated and no place was measured twice: whether the residuals fit is unknown"
+                "no noise is stated for the readings that parameters were fitted to, and none of them repeats a place: whether the residuals fit is unknown"
             }
             // A single parameter does not depend on other errors.
             () if self.subject.errors.misfit.is_none() && of_model && !is_parameter => {
                 "no misfit is stated: what errors that are not in the file do to the tip is unknown"
+            }
+            () if depends_on_length(quantity) && !self.stated.uncertainty.has_length() => {
+                "the uncertainty of the length reference is not stated: artefact_um and expansion_um under [uncertainty]"
             }
             () => return None,
         };

@@ -77,5 +77,15 @@ fn results(report: &ReportFigures, is_validated: bool) -> Vec<String> {
         ),
     ];
     let all = all.into_iter().filter(|(is_missing, _)| *is_missing);
-    all.map(|(_, sentence)| sentence.to_owned()).collect()
+    let all = all.map(|(_, sentence)| sentence.to_owned());
+    let probed = report.identification.iter().flat_map(|found| &found.probed);
+    let blind = probed.filter_map(|one| one.blind_to());
+    all.chain(blind.map(|what| sentence(&what))).collect()
+}
+
+/// With a capital letter and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|c| c.to_ascii_uppercase());
+    first.into_iter().chain(letters).chain(['.']).collect()
 }

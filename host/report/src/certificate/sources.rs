@@ -52,6 +52,7 @@ pub(super) fn sources(
         budget.artefact_um,
         budget.expansion_um,
         budget.lobes_um,
+        budget.periodic_um,
     ];
     let square: f64 = others.iter().flatten().map(|um| um * um).sum();
     let combined = parameters.map(|um| (um * um + square).sqrt());
@@ -71,7 +72,7 @@ fn rows(
     let rows = [
         ("probing (noise)", "residuals; in the parameters", noise),
         (
-            "artefact: form and diameter of the ball, length of the bar",
+            "artefact: form and diameter of the ball, length of the bar, wavelength",
             "stated",
             stated.artefact_um,
         ),
@@ -81,6 +82,11 @@ fn rows(
             stated.expansion_um,
         ),
         ("lobes of the probe", "stated", stated.lobes_um),
+        (
+            "errors between the measured positions",
+            "stated",
+            stated.periodic_um,
+        ),
         (
             "parameters, with the noise of probing",
             "their covariance, rms over the travel",

@@ -43,7 +43,7 @@ impl Identification {
         Self {
             machine: found.machine.name.clone(),
             probings: found.probings.rows.len(),
-            probed: probed(found),
+            probed: Probed::of(found),
             balls: balls
                 .map(|(ball, place)| BallRecord {
                     name: ball.name.clone(),
@@ -107,25 +107,6 @@ impl Identification {
             warnings: found.warnings(),
         }
     }
-}
-
-/// The range that each axis covered.
-fn probed(found: &StudyOutcome<'_>) -> Vec<Probed> {
-    let axes = found.machine.axes.iter().enumerate();
-    axes.map(|(i, axis)| {
-        let at = found.probings.rows.iter().map(|row| row.position[i]);
-        let observed = found.observations.rows.iter();
-        let mut at = at.chain(observed.map(|row| row.position[i]));
-        Probed {
-            axis: axis.letter.char(),
-            range: at
-                .by_ref()
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
-                    [low.min(q), high.max(q)]
-                }),
-        }
-    })
-    .collect()
 }
 
 impl From<&Estimated> for EstimateRecord {

@@ -49,7 +49,7 @@ pub struct Arguments {
     /// Machine description: for programs with tool-centre-point control
     #[arg(long, value_name = "machine.toml")]
     pub machine: Option<PathBuf>,
-    /// Error parameters: with --machine and --check, what the tool really does before and after
+    /// Error parameters: with --machine and --check, what the tool does before and after if the machine has these errors and no others
     #[arg(
         long,
         value_name = "errors.toml",

@@ -8,7 +8,7 @@ use super::listed::published;
 use super::observed;
 use super::thermal;
 use trueaxis_identify::{Identified, Level, RowResult};
-use trueaxis_study::StudyOutcome;
+use trueaxis_study::{Probed, StudyOutcome};
 
 /// Largest number of rows listed.
 const NAMED: usize = 10;
@@ -39,6 +39,7 @@ pub fn screen(found: &StudyOutcome<'_>, is_verbose: bool) -> String {
         misfit(&mut text, found);
     }
     observed::noise(&mut text, found);
+    between(&mut text, found);
     if measured.rows.is_empty() {
         misfit(&mut text, found);
     } else if is_verbose {
@@ -111,6 +112,13 @@ fn left(text: &mut String, identified: &Identified) {
             false => "which uncertainties rest on",
         };
         *text += &format!("that is {factor:.2} times what the file states, {rest_on}\n");
+    }
+}
+
+/// Errors that no measured position shows.
+fn between(text: &mut String, found: &StudyOutcome<'_>) {
+    for what in Probed::of(found).iter().filter_map(Probed::blind_to) {
+        *text += &format!("{what}\n");
     }
 }
 

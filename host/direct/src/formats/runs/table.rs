@@ -162,6 +162,13 @@ fn open<'t>(
             let message = format!("`{name}` is not a run with a direction of travel");
             return Err(table.header.error(k, message, "here", LAYOUT));
         };
+        let mut before = table.header.cells[first.len()..k].iter();
+        if before.any(|cell| cell.text == name) && name.len() > 1 {
+            let message = format!("`{name}` is there twice");
+            return Err(table
+                .header
+                .error(k, message, "here", "give each run its own number"));
+        }
         columns.push(RunColumn {
             direction,
             readings: Vec::new(),
