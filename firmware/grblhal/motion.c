@@ -41,7 +41,9 @@ static volatile bool on_its_way; /* a piece was issued, and the planner may not 
 static float behind[N_AXIS];     /* motor positions before that piece */
 static coord_data_t out;         /* its end: grblHAL reads it when it plans the piece */
 static bool by_time; /* its feed was converted to a time */
+static bool jogs;    /* the current motion is a jog */
 static volatile bool cancelled;
+static float parsed[N_AXIS]; /* the parser's position after a jog that was cut short */
 static const plan_line_data_t *probe_data; /* of the probing move that comes next */
 static bool probes;                        /* the current motion probes */
 
@@ -88,9 +90,6 @@ static void align(const float *at)
     /* They are out already at the end of what was planned, and at once here. */
     if (!(txa_status().factor > 0.0f))
         uncorrected(command, at, txa_correction());
-    /* A jog was cancelled while grblHAL waited for room for a piece, which it still plans afterwards. */
-    if (on_its_way)
-        memcpy(out.values, at, sizeof out.values);
     memcpy(motors, at, sizeof motors);
     known = true;
     txa_trace_begin(motors, txa_correction());
@@ -108,6 +107,10 @@ static coord_data_t *position_of(coord_data_t *position, mpos_t *steps)
     bool now = memcmp(steps->values, sys.position, sizeof sys.position) == 0;
     /* While a piece is on its way to the planner nothing may be planned, and the motors are at its start: aligning
      * there would restart the motion after it, with corrections that have had no time. */
+    /* A jog was cancelled while grblHAL waited for room for a piece, which it still plans afterwards. It asks for the
+     * position before that, when the state is still that of a jog. */
+    if (now && jogs && cancelled && on_its_way && plan_get_current_block() == NULL)
+        memcpy(out.values, at, sizeof out.values);
     bool begins = on_its_way && known && !positions_set && same(at, behind);
     if (now && !begins && txa_motion_at_rest() && !(known && !positions_set && same(at, motors)))
         align(at);
@@ -169,7 +172,6 @@ static coord_data_t *begin_line(coord_data_t *target, const coord_data_t *positi
         align(position->values);
     memcpy(start.values, command, sizeof start.values);
     pieces = piece = 0;
-    on_its_way = false;
     within = inner.segment_line(target, &start, data, true);
     /* Soft limits check this position, which is uncorrected. */
     out = *within;
@@ -180,7 +182,8 @@ static coord_data_t *begin_line(coord_data_t *target, const coord_data_t *positi
 static coord_data_t *segment_line(coord_data_t *target, coord_data_t *position, plan_line_data_t *data, bool init)
 {
     if (init) {
-        by_time = cancelled = false;
+        by_time = cancelled = on_its_way = false;
+        jogs = data->condition.jog_motion;
         ours = txa_present();
         probes = data == probe_data;
         probe_data = NULL;
@@ -193,7 +196,7 @@ static coord_data_t *segment_line(coord_data_t *target, coord_data_t *position, 
         data->condition.inverse_time = Off;
     by_time = false;
     /* A jog cancel is a character that may come at any time: it ends nothing but a jog. */
-    on_its_way = !(cancelled && data->condition.jog_motion) && (piece < pieces || next(data));
+    on_its_way = !(cancelled && jogs) && (piece < pieces || next(data));
     if (!on_its_way)
         return NULL;
     piece++;
@@ -285,6 +288,13 @@ void txa_motion_limits(bool set_up)
 void txa_motion_watch(void)
 {
     txa_trace_planned((uint32_t)(plan_get_buffer_size() - plan_get_block_buffer_available()));
+    /* For grblHAL a jog is one block: it takes the target for its end, whatever became of pieces that waited for room,
+     * and the next line would go there. */
+    if (jogs && (on_its_way || cancelled) && txa_motion_at_rest() &&
+        memcmp(gc_state.position, parsed, sizeof parsed) != 0) {
+        gc_sync_position();
+        memcpy(parsed, gc_state.position, sizeof parsed);
+    }
 }
 
 void txa_motion_cancel(void)

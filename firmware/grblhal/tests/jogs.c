@@ -6,10 +6,13 @@
 #include "check.h"
 
 static size_t cancel_at;
+static bool stops; /* by 0x19 */
 
 static void cancel(size_t block)
 {
-    if (block == cancel_at)
+    if (block == cancel_at && stops)
+        stop();
+    else if (block == cancel_at)
         jog_cancel();
 }
 
@@ -25,26 +28,40 @@ static void start(float *place)
     meanwhile = cancel;
 }
 
-/* The planner is full, and a piece waits for room: grblHAL plans it after the cancel. */
+/* The planner is full, and a piece waits for room: grblHAL plans it after 0x85, and takes the target of the jog for its
+ * end, after 0x19, too. The next line goes where it says from where the jog stopped. */
 static void a_long_jog_stops(void)
 {
-    float to[N_AXIS], at[N_AXIS], motors[N_AXIS];
+    float to[N_AXIS], at[N_AXIS], after[N_AXIS], motors[N_AXIS];
     start(to);
     for (int jogs = 0; jogs < 20; jogs++) {
         shown(at);
         to[0] = at[0] > 400.0f ? 20.0f : 780.0f;
         cancel_at = planned + (size_t)between(120, 250);
+        stops = jogs % 2 == 0;
+        displays = jogs % 4 < 2;
         CHECK(jog_to(to, 600), "jogs");
         CHECK(planned == executed, "%zu blocks follow the cancel", planned - executed);
+        wait_for(0.1);
         shown(at);
         CHECK(memcmp(at, gc_state.position, sizeof at) == 0, "the parser is elsewhere");
         CHECK(at[0] > 20.1f && at[0] < 779.9f, "stops at %g", (double)at[0]);
         for (size_t i = 0; i < 3; i++)
             motors[i] = motor(i);
-        reset();
+        if (jogs % 8 < 4)
+            reset();
         for (size_t i = 0; i < 3; i++)
             CHECK(motors[i] == motor(i), "a reset moved an axis");
+        cancel_at = (size_t)-1;
+        memcpy(after, gc_state.position, sizeof after);
+        after[1] += 5.0f;
+        CHECK(line_to(after, 600), "a line");
+        execute();
+        shown(at);
+        CHECK(fabsf(at[0] - after[0]) <= 1.0f / 1600.0f, "goes to %g, not to %g", (double)at[0], (double)after[0]);
+        to[1] = after[1] > 500.0f ? 100.0f : after[1];
     }
+    stops = displays = false;
 }
 
 /* A sender may send the character at any time. */

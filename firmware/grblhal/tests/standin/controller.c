@@ -34,6 +34,7 @@ struct block blocks[MOST_BLOCKS];
 size_t planned, executed;
 void (*meanwhile)(size_t block);
 bool aborted;
+bool displays;
 plan_line_data_t last_data;
 float home_at[N_AXIS];
 int alarm;
@@ -222,15 +223,28 @@ static bool soft_check(float *target, const plan_line_data_t *data)
     return ok;
 }
 
-/* state_machine.c, state_await_motion_cancel: the planner is emptied, planner and parser take the machine's position. */
+/* state_machine.c, state_await_motion_cancel: the planner is emptied, planner and parser take the machine's position, and
+ * only then it is no jog any more. */
 static void stop_jog(void)
 {
+    sys_state_t of = state;
     motion_cancel = false;
     if (planned > executed)
         execute_to(executed, 0.5);
     planned = executed;
-    state = STATE_IDLE;
+    state = of;
     sync_position();
+    state = STATE_IDLE;
+    float at[N_AXIS];
+    if (displays)
+        shown(at);
+}
+
+/* protocol.c, protocol_exec_rt_system, EXEC_STOP. */
+void stop(void)
+{
+    stop_jog();
+    aborted = true;
 }
 
 /* motion_control.c, mc_line. Every target is stored where the first call said: later calls only report whether there
@@ -271,9 +285,10 @@ static bool mc_line(const float *target, plan_line_data_t *data)
     return true;
 }
 
-/* gcode.c, gc_execute_block, G0 and G1. */
+/* protocol.c, protocol_main_loop: at the end of each line. gcode.c, gc_execute_block, G0 and G1. */
 bool line(const float *target, plan_line_data_t data)
 {
+    grbl.on_execute_realtime(state);
     plan_data_init(&data);
     if (!mc_line(target, &data))
         return false;
@@ -289,20 +304,20 @@ bool line_to(const float *target, float feed)
     return line(target, data);
 }
 
-/* motion_control.c, mc_jog_execute; the parser's position follows a jog only if it was not cancelled (gcode.c). */
+/* motion_control.c, mc_jog_execute; the parser's position becomes the target even if it was cancelled (gcode.c). */
 bool jog_to(const float *target, float feed)
 {
     plan_line_data_t data = {.feed_rate = feed};
     float to[N_AXIS];
+    grbl.on_execute_realtime(state);
     memcpy(to, target, sizeof to);
     data.condition.no_feed_override = data.condition.jog_motion = data.condition.target_valid =
         data.condition.target_validated = 1;
     if (sys.soft_limits.mask && !grbl.check_travel_limits(to, sys.soft_limits, true, &sys.work_envelope))
         return false;
-    bool planned_all = mc_line(to, &data);
-    if (state == STATE_JOG)
-        memcpy(gc_state.position, to, sizeof gc_state.position);
-    return planned_all;
+    mc_line(to, &data);
+    memcpy(gc_state.position, to, sizeof gc_state.position);
+    return true;
 }
 
 /* protocol.c, protocol_enqueue_realtime_command: plugins are told in any state, a motion is cancelled only in a jog. */
@@ -491,7 +506,7 @@ void controller_start(void (*set_up_kinematics)(void))
     ticks = UINT32_MAX - 20000; /* it wraps around after 20 s */
     planned = executed = 0;
     meanwhile = NULL;
-    motion_cancel = false;
+    motion_cancel = displays = false;
     alarm = 0;
     wall.sign = 0;
     state = STATE_IDLE;

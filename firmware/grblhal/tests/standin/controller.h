@@ -24,6 +24,8 @@ extern size_t planned, executed;
 extern void (*meanwhile)(size_t block);
 /* Set by that action: the line ends there without a report by a later call; a reset follows. */
 extern bool aborted;
+/* Another plugin shows the position when the state changes. */
+extern bool displays;
 /* Blocks of the planner ($398). */
 extern uint_fast16_t buffer_size;
 /* The data of the last line, in their final state. */
@@ -56,8 +58,9 @@ bool line_to(const float *target, float feed);
 bool line(const float *target, plan_line_data_t data);
 /* The same as with `$J=`. */
 bool jog_to(const float *target, float feed);
-/* The character 0x85. */
+/* The characters 0x85 and, as that action, 0x19. */
 void jog_cancel(void);
+void stop(void);
 /* G38.2 and G38.4, or G38.3 and G38.5, which are no error without contact. */
 bool probe_to(const float *target, float feed, bool no_error);
 /* Executes everything, or up to a fraction of one block; then the controller is at rest. */

@@ -128,9 +128,10 @@ plan_block_t *plan_get_current_block(void);
 uint_fast16_t plan_get_buffer_size(void);
 uint_fast16_t plan_get_block_buffer_available(void);
 void plan_sync_position(void);
+#define gc_sync_position() system_convert_array_steps_to_mpos(gc_state.position, sys.position)
 #define sync_position()                                                                                               \
     plan_sync_position();                                                                                             \
-    system_convert_array_steps_to_mpos(gc_state.position, sys.position)
+    gc_sync_position()
 
 /* Messages, commands, tasks. */
 typedef enum {
