@@ -103,13 +103,21 @@ pub struct Probed {
     pub axis: char,
     /// Smallest and largest position (mm, deg).
     pub range: [f64; 2],
-    /// The step (mm, deg) of a grid that all positions are on, unless it is finer than 1 mm or 1°: errors that repeat within
-    /// it are not seen.
+    /// Errors that repeat so that the measured positions hardly show them.
     #[serde(default)]
-    pub step: Option<f64>,
+    pub hidden: Vec<Hidden>,
     /// The widest stretch without a position, if it is more than a fifth of the range.
     #[serde(default)]
     pub gap: Option<[f64; 2]>,
+}
+
+/// Errors of an axis that its measured positions hardly show.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hidden {
+    /// The error motions that were measured at these positions, `EXX`.
+    pub motions: Vec<String>,
+    /// The longest four distances (mm, deg) within which they may repeat, from a lead of 40 mm or 10° down to 1 mm or 1°.
+    pub periods: Vec<f64>,
 }
 
 /// A ball.

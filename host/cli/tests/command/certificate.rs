@@ -244,7 +244,7 @@ fn nothing_passes_without_its_grounds() {
     let text = huron_without(&[]);
     let without_backlash = folder.file("without-backlash.toml", text.clone());
     let backlash = |text: &str| {
-        let with = "EXXb = 1e-3\n\n[standard_uncertainty]";
+        let with = "EXXb = 1e-3\n\n[standard_uncertainty]\nEXXb = 1e-4";
         text.replace("\n[standard_uncertainty]", with)
     };
     let errors = folder.file("errors.toml", backlash(&text));
@@ -386,13 +386,63 @@ fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matte
 }
 
 #[test]
-fn nothing_passes_on_a_grid_that_hides_what_repeats_within_it() {
+fn nothing_is_decided_by_a_value_that_was_measured_once() {
+    let folder = Folder::new();
+    let text = huron_without(&[]).replace("EYY1 = -14.3e-6", "EYY1 = -60e-6");
+    let names = ["EC0X", "E X", "E Y"];
+    let judged = |text: &str, found: &str, at_most: f64| {
+        let errors = folder.file("errors.toml", text.to_owned());
+        let limits = names.map(|name| match name {
+            "EC0X" => limit(name, at_most).replace("um =", "urad ="),
+            _ => limit(name, at_most),
+        });
+        let stated = format!("{STATED}{}", limits.concat());
+        let found = identified("").map(|all| all.replace("\"probed\": []", found));
+        decided(&folder, &errors, &stated, found, &[]).1
+    };
+    let all = |text: &str| judged(text, "\"probed\": []", 0.001);
+    let decisions = |all: &[[String; 2]]| -> Vec<String> {
+        all.iter().map(|[decision, _]| decision.clone()).collect()
+    };
+    assert_eq!(decisions(&all(&text)), ["fail", "fail", "fail"]);
+    // A table of X without its uncertainty, which Y does not depend on.
+    let once =
+        "\n[tabulated.EXX]\nat = [-350.0, 0.0, 350.0]\nvalue = [0.0, 5.0, 9.0]\nunit = \"um\"\n";
+    let lines = text.lines().filter(|line| !line.starts_with("EXX1"));
+    let tabulated = lines.map(|line| line.to_owned() + "\n").collect::<String>() + once;
+    let found = all(&tabulated);
+    assert_eq!(
+        decisions(&found),
+        ["fail", "not_decided", "fail"],
+        "{found:?}"
+    );
+    assert_eq!(found[1][1], "EXX has no uncertainty, as from a single run");
+    let found = all(&text.replace("EYY1 = 6.4e-6\n", ""));
+    assert_eq!(
+        decisions(&found),
+        ["fail", "fail", "not_decided"],
+        "{found:?}"
+    );
+    assert_eq!(found[2][1], "EYY1 has no uncertainty");
+    // A squareness from a corner of the travel is a yaw there, too.
+    let corner = "\"probed\": [{ \"axis\": \"X\", \"range\": [5.0, 105.0] }]";
+    let found = judged(&text, corner, 9999.0);
+    assert_eq!(
+        found[0],
+        ["not_decided", "X was measured only from 5 to 105"]
+    );
+}
+
+#[test]
+fn nothing_passes_where_positions_hide_what_repeats_between_them() {
     let folder = Folder::new();
     let errors = folder.file("errors.toml", huron_without(&[]));
-    let grid = r#"{ "axis": "X", "range": [-350.0, 350.0], "step": 50.0 }"#;
+    let hidden = r#"[{ "motions": ["EXX", "EYX"], "periods": [25.0, 16.67, 12.5] }]"#;
+    let grid = format!(r#"{{ "axis": "X", "range": [-350.0, 350.0], "hidden": {hidden} }}"#);
+    let other = r#"{ "axis": "Y", "range": [-350.0, 350.0], "hidden": [{ "motions": ["EXY"], "periods": [5.0] }] }"#;
     let gap = r#"{ "axis": "A", "range": [-100.0, 100.0], "gap": [10.0, 60.0] }"#;
-    let found = identified("")
-        .map(|text| text.replace("\"probed\": []", &format!("\"probed\": [{grid}, {gap}]")));
+    let probed = format!("\"probed\": [{grid}, {other}, {gap}]");
+    let found = identified("").map(|text| text.replace("\"probed\": []", &probed));
     let names = ["tip p95", "E X", "E Y", "G YZ"];
     let limits = names.map(|name| limit(name, 9999.0)).concat();
     let judged = |more: &str| {
@@ -400,7 +450,9 @@ fn nothing_passes_on_a_grid_that_hides_what_repeats_within_it() {
         let (_, all, json) = decided(&folder, &errors, &stated, found.clone(), &[]);
         let missing = json["missing"].to_string();
         assert!(
-            missing.contains("All positions of X are on a grid of 50 mm"),
+            missing.contains(
+                "Errors EXX, EYX of X that repeat every 25 mm (or 16.7, 12.5) hardly show at the measured positions"
+            ),
             "{missing}"
         );
         assert!(
@@ -409,13 +461,13 @@ fn nothing_passes_on_a_grid_that_hides_what_repeats_within_it() {
         );
         all
     };
-    // E Y and the circle in YZ do not move X.
+    // E Y and the circle in YZ do not move X, and what is hidden of Y is across.
     let all = judged("");
     let decisions = all.iter().map(|[decision, _]| &decision[..]);
     let decisions: Vec<&str> = decisions.collect();
     assert_eq!(decisions, ["not_decided", "not_decided", "pass", "pass"]);
     assert!(
-        all[1][1].contains("errors that repeat within it are not seen: measure at others"),
+        all[1][1].contains("hardly show at the measured positions: measure at others"),
         "{all:?}"
     );
     // Stated, they widen the interval.

@@ -121,24 +121,21 @@ fn widened(found: Expected, quantity: &Quantity, errors: &ErrorModel, stated_um:
 
 /// True if an error alone changes a quantity of an otherwise perfect machine.
 pub(super) fn matters(subject: &Subject<'_>, parameter: Parameter, quantity: Quantity) -> bool {
-    /// 10 µm, 10 µrad or 10 µm/m of it must do more than this (µm, µrad).
+    /// 10 µm or 10 µrad of it, at the end of the travel, must do more than this (µm, µrad).
     const NOTHING: f64 = 0.01;
     const FEW: usize = 30;
     if let Quantity::Parameter(of) = quantity {
         return of == parameter;
     }
     let mut errors = ErrorModel::perfect(subject.machine);
-    let is_relative = parameter.is_angular() || parameter == Parameter::scale(parameter.axis);
+    let whole = if parameter.is_angular() { 1e-5 } else { 1e-2 };
     let size = match (parameter.kind, subject.machine.index(parameter.axis)) {
-        // At the end of the travel.
-        (ParameterKind::Degree(k), Some(index)) if k > 1 => {
+        (ParameterKind::Degree(k), Some(index)) => {
             let axis = &subject.machine.axes[index];
             let ends = axis.travel.map(|q| axis.to_kinematic(q).abs());
-            let whole = if parameter.is_angular() { 1e-5 } else { 1e-2 };
             whole / ends[0].max(ends[1]).powi(i32::from(k))
         }
-        _ if is_relative => 1e-5,
-        _ => 1e-2,
+        _ => whole,
     };
     errors.set(subject.machine, parameter, size);
     let alone = Subject {

@@ -12,6 +12,9 @@ use trueaxis_model::validate::calibrated;
 /// Rounding of probed ranges in error files (mm, deg).
 const ROUNDED: f64 = 1e-3;
 
+/// A parameter is one of the machine if it was measured along this part of the travel at least.
+const HALF: f64 = 0.5;
+
 /// What the decisions about all limits rest on.
 pub(super) struct Grounds<'a> {
     subject: &'a Subject<'a>,
@@ -94,6 +97,59 @@ impl<'a> Grounds<'a> {
         self.not_measured(quantity)
             .or_else(|| self.reversal(quantity))
             .or_else(|| self.beyond(quantity))
+            .or_else(|| self.partly(quantity))
+            .or_else(|| self.exact(quantity))
+    }
+
+    /// A parameter of which little of the travel shows: a bow or a yaw there is a squareness, too.
+    fn partly(&self, quantity: Quantity) -> Option<String> {
+        let Quantity::Parameter(parameter) = quantity else {
+            return None;
+        };
+        let machine = self.subject.machine;
+        let axis = &machine.axes[machine.index(parameter.axis)?];
+        let whole = match axis.modulo {
+            true => 360.0,
+            false => axis.travel[1] - axis.travel[0],
+        };
+        let identification = self.report.identification.as_ref()?;
+        let mut probed = identification.probed.iter();
+        let [from, to] = probed.find(|one| one.axis == parameter.axis)?.range;
+        (to - from < HALF * whole).then(|| {
+            let [from, to] = [from, to].map(tick);
+            format!("{} was measured only from {from} to {to}", parameter.axis)
+        })
+    }
+
+    /// The first error that changes the quantity and counts as exact.
+    fn exact(&self, quantity: Quantity) -> Option<String> {
+        let (machine, errors) = (self.subject.machine, self.subject.errors);
+        let covariance = errors.covariance();
+        let parameters = errors.parameters.keys();
+        let mut parameters = parameters.filter(|p| !covariance.parameters.contains(p));
+        if let Some(one) = parameters.find(|p| matters(self.subject, **p, quantity)) {
+            return Some(format!("{one} has no uncertainty"));
+        }
+        let indexed = errors.motions.iter().enumerate();
+        let motions = indexed.flat_map(|(index, motions)| {
+            let of_axis = motions.iter().enumerate();
+            of_axis.map(move |(component, motion)| (index, component, motion))
+        });
+        let mut exact = motions.filter(|(index, component, motion)| {
+            motion.table.is_some() && !errors.table_uncertainty.contains_key(&(*index, *component))
+        });
+        exact.find_map(|(index, component, _)| {
+            let axis = machine.axes.get(index)?.letter.char();
+            let kind = ParameterKind::Degree(1);
+            let motion = Parameter {
+                component,
+                axis,
+                kind,
+            };
+            let name = motion.to_string();
+            matters(self.subject, motion, quantity)
+                .then(|| format!("{} has no uncertainty, as from a single run", &name[..3]))
+        })
     }
 
     /// The first axis whose reversal is limited and whose backlash is not among the errors: without directions of travel in
@@ -166,11 +222,25 @@ impl<'a> Grounds<'a> {
         });
         let identification = self.report.identification.as_ref()?;
         moved.find_map(|(_, axis)| {
+            let letter = axis.letter.char();
             let mut probed = identification.probed.iter();
-            let one = probed.find(|one| one.axis == axis.letter.char())?;
-            let blind = one.step.and_then(|_| one.blind_to())?;
+            let probed = probed.find(|one| one.axis == letter)?;
+            let changes = |name: &String| {
+                Parameter::parse_motion(name).is_some_and(|(component, axis)| {
+                    let kind = ParameterKind::Degree(1);
+                    let motion = Parameter {
+                        component,
+                        axis,
+                        kind,
+                    };
+                    matters(self.subject, motion, quantity)
+                })
+            };
+            let mut hidden = probed.hidden.iter();
+            let hidden = hidden.find(|hidden| hidden.motions.iter().any(changes))?;
             Some(format!(
-                "{blind}: measure at others, or state their size as periodic_um under [uncertainty]"
+                "{}: measure at others, or state their size as periodic_um under [uncertainty]",
+                hidden.sentence(letter)
             ))
         })
     }

@@ -79,7 +79,7 @@ fn results(report: &ReportFigures, is_validated: bool) -> Vec<String> {
     let all = all.into_iter().filter(|(is_missing, _)| *is_missing);
     let all = all.map(|(_, sentence)| sentence.to_owned());
     let probed = report.identification.iter().flat_map(|found| &found.probed);
-    let blind = probed.filter_map(|one| one.blind_to());
+    let blind = probed.flat_map(|one| one.blind_to());
     all.chain(blind.map(|what| sentence(&what))).collect()
 }
 

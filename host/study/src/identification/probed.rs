@@ -1,17 +1,24 @@
 //! Which positions of each axis were measured: their range, and what is between them.
 
-use super::Probed;
+use super::{Hidden, Probed};
 use crate::StudyOutcome;
 use trueaxis_direct::MeasuredRuns;
+use trueaxis_model::machine::Axis;
 use trueaxis_model::numbers::{ascending, extremes};
 
-/// Positions (mm, deg) closer than this are the same: files round to 1 µm, so distances are off by up to 1 µm, and multiples
-/// of them by some more.
+/// Positions (mm, deg) closer than this are the same: files round to 1 µm.
 const SAME: f64 = 5e-3;
-/// A common step (mm, deg) up to this is none: pitches of screws and teeth of worm wheels are longer.
-const FINE: f64 = 1.0;
-/// A few positions beside a grid show no more of what repeats within it: this part of all is on it.
-const ON_GRID: f64 = 0.9;
+/// Errors that repeat within this (mm, deg) or less are left out: leads of screws and teeth of worm wheels are longer.
+const SHORTEST: f64 = 1.0;
+/// The longest lead in ISO 3408-2 (mm), which is the way per turn of a belt pulley of printers, too; a tooth of a worm wheel with
+/// 36 (deg).
+const LONGEST: [f64; 2] = [40.0, 10.0];
+/// A sinusoid hardly shows at positions if less than a ninth of its square does, so a third of its amplitude.
+const SHOWS: f64 = 1.0 / 9.0;
+/// Number of periods that are named.
+const NAMED: usize = 4;
+/// Positions that are looked at: if these show a sinusoid, all do.
+const MOST: usize = 300;
 /// A stretch without positions is named if it is more than this part of the range.
 const WIDE: f64 = 0.2;
 
@@ -20,51 +27,124 @@ impl Probed {
     #[must_use]
     pub fn of(found: &StudyOutcome<'_>) -> Vec<Self> {
         let axes = found.machine.axes.iter().enumerate();
-        let one = |(index, axis): (usize, &trueaxis_model::machine::Axis)| {
-            let mut at = positions(found, index);
-            ascending(&mut at);
-            at.dedup_by(|a, b| (*a - *b).abs() < SAME);
+        let one = |(index, axis): (usize, &Axis)| {
+            let at = distinct(positions(found, index));
             Self {
                 axis: axis.letter.char(),
                 range: extremes(at.iter().copied()),
-                step: common_step(&at),
+                hidden: hidden(found, index),
                 gap: widest_gap(&at),
             }
         };
         axes.map(one).collect()
     }
 
-    /// What an error that varies quickly along the axis can hide behind, if anything.
+    /// What errors that vary quickly along the axis can hide behind.
     #[must_use]
-    pub fn blind_to(&self) -> Option<String> {
-        let axis = self.axis;
-        let unit = if "XYZUVW".contains(axis) { " mm" } else { "°" };
-        let number = |x: f64| format!("{}", (x * 1e3).round() / 1e3).replace('-', "−");
-        if let Some(step) = self.step {
-            return Some(format!(
-                "all positions of {axis} are on a grid of {}{unit}, so errors that repeat within it are not seen",
-                number(step)
-            ));
-        }
-        let [from, to] = self.gap?.map(number);
-        Some(format!(
-            "nothing was measured between {axis} {from} and {to}{unit}, where errors are only those of the model"
-        ))
+    pub fn blind_to(&self) -> Vec<String> {
+        let hidden = self.hidden.iter().map(|hidden| hidden.sentence(self.axis));
+        let gap = self.gap.map(|gap| {
+            let [from, to] = gap.map(|x| format!("{}", (x * 1e3).round() / 1e3).replace('-', "−"));
+            let (axis, unit) = (self.axis, unit(self.axis));
+            format!(
+                "nothing was measured between {axis} {from} and {to}{unit}, where errors are only those of the model"
+            )
+        });
+        hidden.chain(gap).collect()
     }
+}
+
+impl Hidden {
+    /// What it means.
+    #[must_use]
+    pub fn sentence(&self, axis: char) -> String {
+        let whose = match self.motions.len() {
+            // All that an axis has.
+            6 => format!("errors of {axis}"),
+            _ => format!("errors {} of {axis}", self.motions.join(", ")),
+        };
+        let mut periods = self.periods.iter().map(|p| significant(*p));
+        let longest = periods.next().unwrap_or_default();
+        let others: Vec<String> = periods.collect();
+        let others = match others.is_empty() {
+            true => String::new(),
+            false => format!(" (or {})", others.join(", ")),
+        };
+        let unit = unit(axis);
+        format!(
+            "{whose} that repeat every {longest}{unit}{others} hardly show at the measured positions"
+        )
+    }
+}
+
+/// Of an axis.
+fn unit(axis: char) -> &'static str {
+    if "XYZUVW".contains(axis) { " mm" } else { "°" }
+}
+
+/// With three digits.
+fn significant(x: f64) -> String {
+    match x {
+        x if x >= 10.0 => format!("{}", (x * 10.0).round() / 10.0),
+        x => format!("{}", (x * 100.0).round() / 100.0),
+    }
+}
+
+/// In order, without repetitions.
+fn distinct(mut at: Vec<f64>) -> Vec<f64> {
+    ascending(&mut at);
+    at.dedup_by(|a, b| (*a - *b).abs() < SAME);
+    at
+}
+
+/// What is hidden of the error motions of an axis: of each that runs show, at the targets of these runs, and of the others at
+/// the positions of all rows. Motions of which the same is hidden are together.
+fn hidden(found: &StudyOutcome<'_>, index: usize) -> Vec<Hidden> {
+    let machine = found.machine;
+    let axis = &machine.axes[index];
+    let is_rotary = axis.letter.is_rotary();
+    let kept = found.kept.iter().flat_map(|kept| &kept.motions);
+    let kept: Vec<_> = kept.filter(|motion| motion.axis == index).collect();
+    let mut all: Vec<Hidden> = Vec::new();
+    let mut add = |motions: Vec<String>, at: Vec<f64>| {
+        let periods = hidden_periods(&distinct(at), LONGEST[usize::from(is_rotary)]);
+        match all.iter_mut().find(|known| known.periods == periods) {
+            _ if periods.is_empty() || motions.is_empty() => {}
+            Some(known) => known.motions.extend(motions),
+            None => all.push(Hidden { motions, periods }),
+        }
+    };
+    for motion in &kept {
+        let degrees = |at: &f64| if is_rotary { at.to_degrees() } else { *at };
+        add(
+            vec![motion.name(machine)],
+            motion.at.iter().map(degrees).collect(),
+        );
+    }
+    let is_kept = |component: usize| kept.iter().any(|motion| motion.component == component);
+    let rest = "XYZABC"
+        .chars()
+        .zip(0..)
+        .filter(|(_, component)| !is_kept(*component));
+    let rest = rest.map(|(letter, _)| format!("E{letter}{}", axis.letter.char()));
+    add(rest.collect(), rows(found, index));
+    all
+}
+
+/// Commanded positions (mm, deg) of an axis in probings and observations.
+fn rows(found: &StudyOutcome<'_>, index: usize) -> Vec<f64> {
+    let probings = found.probings.rows.iter().map(|row| row.position[index]);
+    let observations = found.observations.rows.iter();
+    probings
+        .chain(observations.map(|row| row.position[index]))
+        .collect()
 }
 
 /// Commanded positions (mm, deg) of an axis in all measurements. Where it stood while another one was run counts only if it
 /// was nowhere else: nothing is read of it there.
 fn positions(found: &StudyOutcome<'_>, index: usize) -> Vec<f64> {
     let machine = found.machine;
-    let mut at: Vec<f64> = (found.probings.rows.iter().map(|row| row.position[index])).collect();
-    at.extend(
-        found
-            .observations
-            .rows
-            .iter()
-            .map(|row| row.position[index]),
-    );
+    let mut at = rows(found, index);
     let mut stood = Vec::new();
     for runs in found.runs {
         let lines = match &runs.measured {
@@ -81,39 +161,50 @@ fn positions(found: &StudyOutcome<'_>, index: usize) -> Vec<f64> {
     if at.is_empty() { stood } else { at }
 }
 
-/// The step of a grid that all positions are on, or all but a few, if it is not fine.
-fn common_step(at: &[f64]) -> Option<f64> {
-    let distances = || at.windows(2).map(|pair| pair[1] - pair[0]);
-    // The step of a grid with a few other positions is the distance that occurs most.
-    let alike = |step: f64| distances().filter(move |d| (d - step).abs() < SAME);
-    let most = distances().max_by_key(|step| alike(*step).count())?;
-    let step = alike(most).sum::<f64>() / alike(most).count() as f64;
-    greatest_divisor(at).or_else(|| {
-        let mut rests: Vec<f64> = at.iter().map(|x| (x - at[0]).rem_euclid(step)).collect();
-        ascending(&mut rests);
-        let once_more: Vec<f64> = rests.iter().map(|rest| rest + step).collect();
-        rests.extend(once_more);
-        let from = |k: usize| rests.partition_point(|rest| *rest < rests[k] + SAME) - k;
-        let together = (0..at.len()).map(from).max()?;
-        (step > FINE && together as f64 >= ON_GRID * at.len() as f64).then_some(step)
-    })
-}
-
-/// The largest step of which all distances are multiples, if it is not fine.
-fn greatest_divisor(at: &[f64]) -> Option<f64> {
-    let mut distances = at.windows(2).map(|pair| pair[1] - pair[0]);
-    let first = distances.next().filter(|step| *step > FINE)?;
-    let step = distances.try_fold(first, |mut step, mut rest| {
-        // Euclid's algorithm; just below a multiple is a multiple.
-        while rest > SAME {
-            (step, rest) = (rest, step % rest);
-            rest = rest.min(step - rest);
+/// The longest periods of sinusoids that positions hardly show, whatever their phase: of their square, the mean over all phases
+/// is 1 − |R|², with R the mean of exp(2πi·x/period).
+fn hidden_periods(at: &[f64], longest: f64) -> Vec<f64> {
+    /// Between neighbouring frequencies, phases change by this (rad) along the range. What is hidden at one is hidden 1.2 rad
+    /// beside it.
+    const STEP: f64 = 0.3;
+    /// Fractions of its multiples are spread evenly, and on no grid.
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let [low, high] = extremes(at.iter().copied());
+    let range = high - low;
+    if at.len() < 2 || range <= SHORTEST {
+        return Vec::new();
+    }
+    let spread = |k: usize| at[((k as f64 * GOLDEN).fract() * at.len() as f64) as usize];
+    let few: Vec<f64> = match at.len() <= MOST {
+        true => at.to_vec(),
+        false => (0..MOST).map(spread).collect(),
+    };
+    let shows = |frequency: f64| {
+        let turns = few.iter().map(|x| (x - low) * frequency);
+        let [mut cosines, mut sines] = [0.0; 2];
+        for turn in turns {
+            let (sine, cosine) = libm::sincos(turn * std::f64::consts::TAU);
+            (cosines, sines) = (cosines + cosine, sines + sine);
         }
-        (step > FINE).then_some(step)
-    })?;
-    // The whole range is rounded no more than a single distance.
-    let whole = at[at.len() - 1] - at[0];
-    Some(whole / (whole / step).round())
+        let count = few.len() as f64;
+        1.0 - (cosines * cosines + sines * sines) / (count * count)
+    };
+    let step = STEP / std::f64::consts::TAU / range;
+    // What is as long as SHORTEST shows as little at positions just beside it.
+    let (first, last) = (1.0 / longest, 1.0 / SHORTEST - 1.0 / range);
+    let mut found = Vec::new();
+    let [mut before, mut here] = [first - step, first].map(shows);
+    let mut frequency = first;
+    while frequency < last && found.len() < NAMED {
+        let next = shows(frequency + step);
+        if here < SHOWS && here <= before && here < next {
+            // The vertex of the parabola through three.
+            let vertex = 0.5 * (before - next) / (before - 2.0 * here + next);
+            found.push(1.0 / (frequency + vertex.clamp(-1.0, 1.0) * step));
+        }
+        (before, here, frequency) = (here, next, frequency + step);
+    }
+    found
 }
 
 /// The widest stretch without a position, if it is a large part of the range.
@@ -128,29 +219,50 @@ fn widest_gap(at: &[f64]) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
 
+    fn of(at: &[f64]) -> Vec<f64> {
+        let periods = hidden_periods(&distinct(at.to_vec()), LONGEST[0]);
+        periods
+            .iter()
+            .map(|p| (p * 100.0).round() / 100.0)
+            .collect()
+    }
+
     #[test]
-    fn the_step_of_a_grid_is_that_of_all_positions() {
-        let of = |at: &[f64]| common_step(at).map(|step| (step * 1e3).round() / 1e3);
-        assert_eq!(of(&[0.0, 50.0, 100.0, 250.0]), Some(50.0));
-        assert_eq!(of(&[-55.0, -40.0, 15.0, 55.0]), Some(5.0));
+    fn on_a_grid_the_parts_of_its_step_are_hidden() {
+        assert_eq!(of(&[0.0, 50.0, 100.0, 250.0]), [25.0, 16.67, 12.5, 10.0]);
+        // Few positions hide more.
+        assert!(of(&[-55.0, -40.0, 15.0, 55.0]).contains(&5.0));
         // Rounded to a micrometre.
-        assert_eq!(of(&[0.0, 33.333, 66.667, 133.333]), Some(33.333));
-        assert_eq!(of(&[0.0, 90.0]), Some(90.0));
-        // As ISO 230-2 asks for, and whole millimetres without a common step.
-        assert_eq!(of(&[1.3, 48.7, 102.2, 149.9]), None);
-        assert_eq!(of(&[0.0, 47.0, 103.0, 148.0]), None);
+        assert_eq!(of(&[0.0, 33.333, 66.667, 133.333])[..2], [33.33, 16.67]);
         // One position beside the grid shows nothing of what repeats within it; small steps with a wide gap are a grid, too.
         let with_one: Vec<f64> = (0..=10).map(|k| f64::from(50 * k)).chain([523.0]).collect();
-        assert_eq!(of(&with_one), Some(50.0));
+        assert_eq!(of(&with_one), [25.0, 16.67, 12.5, 10.0]);
         let rounded = (0..40).map(|k| (f64::from(k) * 1e4 / 3.0).round() * 1e-3);
         let with_gap: Vec<f64> = rounded.clone().chain(rounded.map(|x| x + 430.0)).collect();
-        assert_eq!(of(&with_gap), Some(3.333));
-        let half: Vec<f64> = (0..=10)
-            .map(|k| f64::from(50 * k) + f64::from(k % 2) * 13.7)
-            .collect();
-        assert_eq!(of(&half), None);
-        assert_eq!(of(&[7.0]), None);
-        assert_eq!(of(&[]), None);
+        assert_eq!(of(&with_gap), [3.33, 1.67, 1.11]);
+        assert_eq!(of(&[7.0]), [0.0; 0]);
+        assert_eq!(of(&[]), [0.0; 0]);
+    }
+
+    #[test]
+    fn positions_near_a_grid_hide_what_those_of_iso_230_2_show() {
+        // Along 500 mm, steps of 50 mm with what is added at random; ISO 230-2 asks for as much as a screw has per turn.
+        let random = [
+            0.31, -0.82, 0.67, -0.13, 0.95, -0.48, 0.09, -0.96, 0.52, -0.27, 0.78,
+        ];
+        let with = |mm: f64| -> Vec<f64> {
+            let targets = random
+                .iter()
+                .zip(0..)
+                .map(|(r, k)| f64::from(50 * k) + mm * r);
+            of(&targets.collect::<Vec<_>>())
+        };
+        assert_eq!(with(0.3).len(), 4);
+        assert_eq!(with(5.0), [0.0; 0]);
+        // Alternately beside the grid.
+        let half = (0..=10).map(|k| f64::from(50 * k) + f64::from(k % 2) * 13.7);
+        let half = of(&half.collect::<Vec<_>>());
+        assert!(!half.contains(&25.0) && !half.contains(&10.0), "{half:?}");
     }
 
     #[test]

@@ -117,7 +117,7 @@ fn left(text: &mut String, identified: &Identified) {
 
 /// Errors that no measured position shows.
 fn between(text: &mut String, found: &StudyOutcome<'_>) {
-    for what in Probed::of(found).iter().filter_map(Probed::blind_to) {
+    for what in Probed::of(found).iter().flat_map(Probed::blind_to) {
         *text += &format!("{what}\n");
     }
 }
