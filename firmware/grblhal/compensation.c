@@ -174,8 +174,19 @@ static void set_auxiliary(size_t number, double value)
 
 void txa_take_tool_length(void)
 {
-    bool known = gc_state.modal.tool_offset_mode != ToolLengthOffset_Cancel;
-    float length = known ? gc_state.modal.tool_length_offset[Z_AXIS] : length_without_g43;
+    /* While there is a reference tool, G43.1 and the touch-off of a tool change set the difference to it. Homing forgets
+     * the reference, but leaves the offset. */
+    static bool is_difference;
+    tool_offset_mode_t g43 = gc_state.modal.tool_offset_mode;
+    float offset = gc_state.modal.tool_length_offset[Z_AXIS], length = length_without_g43;
+    if (g43 == ToolLengthOffset_Cancel || g43 == ToolLengthOffset_Enable)
+        is_difference = false;
+    else if (g43 == ToolLengthOffset_EnableDynamic && bit_istrue(sys.tlo_reference_set.mask, bit(Z_AXIS)))
+        is_difference = true;
+    if (is_difference)
+        length += offset;
+    else if (g43 != ToolLengthOffset_Cancel)
+        length = offset;
     for (size_t k = 0; k < auxiliaries; k++)
         if (auxiliary[k].kind == TRUEAXIS_TOOL_LENGTH)
             set_auxiliary(k, length);

@@ -23,7 +23,7 @@ const char *txa_why(void);
 /* Enables or disables corrections, from the next motion on. */
 void txa_set_mode(txa_mode mode);
 txa_mode txa_get_mode(void);
-/* The tool length (mm) while no G43 is active; NAN: unknown. */
+/* The tool length (mm) while no G43 is active, and of the reference tool; NAN: unknown. */
 void txa_set_length_without_g43(float length);
 
 /* From here on no correction is applied; enabled corrections ramp in again. Temperatures go on. */

@@ -149,11 +149,12 @@ static void show(struct cycle *c, const double *computed)
     c->share = k < 0 ? 0 : fabs(computed[k]) * current->per_bound[k];
 }
 
-/* Switches of the servo, which rarely change. */
+/* Switches of the servo, which rarely change. A correction that depends on no axis stays in without a reference. */
 static void set_switches(const struct cycle *c)
 {
-    if (told_on != c->on)
-        trueaxis_servo_enable(servo, told_on = c->on);
+    bool on = c->on && c->awaited < 0;
+    if (told_on != on)
+        trueaxis_servo_enable(servo, told_on = on);
     if (told_dry != c->dry)
         trueaxis_servo_dry_run(servo, told_dry = c->dry);
 }

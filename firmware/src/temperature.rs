@@ -1,7 +1,8 @@
 //! Turns sensor readings into the temperature inputs of a compensation.
 //!
 //! Each sensor is read about once per second and filtered. Each input follows with a bounded rate, as the difference
-//! from its reference in K. Without a reading, the last value is held and the input is reported as lost.
+//! from its reference in K. Without a reading, the last value is held and the input is reported as lost; without any since
+//! the start, it becomes 0.
 //!
 //! ```text
 //! sensor ──median of 3──low-pass──▶ °C ──minus reference──bounded rate──▶ K, input of the tables
@@ -81,11 +82,11 @@ struct Sensor<T: Thermometer> {
 /// A temperature input of the compensation.
 #[derive(Clone, Copy, Debug)]
 struct Input {
-    /// Index of its sensor, if there is one with its name.
-    sensor: Option<usize>,
+    /// Index of its sensor; that after the last one if none has its name.
+    sensor: usize,
     /// Reference, °C.
     reference: f32,
-    /// Difference from the reference, K.
+    /// Difference from the reference, K; NaN: not known yet.
     value: f32,
 }
 
@@ -114,9 +115,9 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
     }
 
     /// Adopts the inputs of a compensation. Existing inputs keep their values if the sensor is the same, and move to
-    /// another reference as they would to another temperature; the others start at 0.
+    /// another reference as they would to another temperature; the others start at the temperature of their sensor.
     ///
-    /// An input whose sensor does not exist stays 0 and is lost.
+    /// An input whose sensor does not exist is 0 and lost.
     pub fn assign(&mut self, auxiliaries: &[Auxiliary]) {
         let before = self.inputs;
         let wanted = auxiliaries.iter().map(Some).chain(core::iter::repeat(None));
@@ -124,14 +125,14 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
             let temperature = auxiliary.filter(|a| a.kind == AuxiliaryKind::Temperature);
             *input = temperature.map(|auxiliary| {
                 let named = |sensor: &Sensor<T>| sensor.name == auxiliary.name;
-                let sensor = self.sensors.iter().position(named);
+                let sensor = self.sensors.iter().position(named).unwrap_or(N);
                 let reference = auxiliary.reference;
                 let same = |old: &Input| old.sensor == sensor;
                 let old = before.filter(same);
                 Input {
                     sensor,
                     reference,
-                    value: old.map_or(0.0, |old| old.value),
+                    value: old.map_or(f32::NAN, |old| old.value),
                 }
             });
         }
@@ -149,29 +150,33 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
 
     /// Moves the inputs towards the filtered temperatures, `elapsed` seconds after the last call.
     ///
-    /// `free`: corrections are zero, so an input may jump; otherwise its rate is bounded.
+    /// `free`: corrections are zero, so an input may jump; otherwise its rate is bounded. The first temperature is taken
+    /// at once. An input whose sensor is lost before that becomes 0.
     pub fn advance(&mut self, elapsed: f32, free: bool) {
-        let step = self.settings.rate * elapsed;
+        let step = if elapsed > 0.0 {
+            self.settings.rate * elapsed
+        } else {
+            0.0
+        };
         for input in self.inputs.iter_mut().flatten() {
-            let sensor = input.sensor.and_then(|number| self.sensors.get(number));
-            let Some(celsius) = sensor.and_then(|sensor| sensor.filter.celsius()) else {
-                continue;
+            let filter = self.sensors.get(input.sensor).map(|sensor| &sensor.filter);
+            let target = match filter.and_then(Filter::celsius) {
+                Some(celsius) => celsius - input.reference,
+                None if filter.is_none_or(Filter::is_silent) => 0.0,
+                None => continue,
             };
-            let target = celsius - input.reference;
             let change = target - input.value;
-            input.value = if free || (-step..=step).contains(&change) {
-                target
-            } else if change > 0.0 && step > 0.0 {
-                input.value + step
-            } else if change < 0.0 && step > 0.0 {
-                input.value - step
+            // NaN fails the comparison: the first value is taken as it is.
+            input.value = if !free && change.abs() > step {
+                input.value + step.copysign(change)
             } else {
-                input.value
+                target
             };
         }
     }
 
-    /// Index of each temperature input among the auxiliaries, and its value: the difference from the reference in K.
+    /// Index of each temperature input among the auxiliaries, and its value: the difference from the reference in K; NaN
+    /// until the first filtered temperature, or until its sensor counts as absent.
     pub fn values(&self) -> impl Iterator<Item = (usize, f32)> + '_ {
         let inputs = self.inputs.iter().enumerate();
         inputs.filter_map(|(number, input)| input.map(|input| (number, input.value)))
@@ -184,7 +189,7 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
         let mut lost = 0;
         for (number, input) in self.inputs.iter().enumerate() {
             let Some(input) = input else { continue };
-            let sensor = input.sensor.and_then(|sensor| self.sensors.get(sensor));
+            let sensor = self.sensors.get(input.sensor);
             if sensor.is_none_or(|sensor| sensor.filter.lost()) {
                 lost |= 1 << number;
             }

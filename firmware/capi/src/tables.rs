@@ -158,9 +158,10 @@ impl Tables {
         &self.compensation
     }
 
-    /// Why the last blob was refused.
+    /// Why the last blob was refused; nothing during loading.
     pub(crate) fn reason(&self, text: &mut Text<'_>) {
-        if let Some(why) = &self.about.why {
+        let empty = self.about.state.load(Ordering::Acquire) == EMPTY;
+        if empty && let Some(why) = &self.about.why {
             // Writing to a buffer cannot fail.
             let _ = write!(text, "{why}");
         }
@@ -218,5 +219,29 @@ impl Tables {
             lower,
             upper,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reason_is_not_read_while_a_load_may_write_it() {
+        let mut tables = Tables {
+            about: About::empty(),
+            compensation: Compensation::empty(),
+        };
+        let length = |tables: &Tables| {
+            let mut text = Text::new(&mut []);
+            tables.reason(&mut text);
+            text.end()
+        };
+        assert_eq!(length(&tables), 0);
+        assert_eq!(tables.claim(), Ok(()));
+        assert_eq!(tables.load(b"no blob", false), Err(Code::NotABlob));
+        assert_ne!(length(&tables), 0);
+        assert_eq!(tables.claim(), Ok(()));
+        assert_eq!(length(&tables), 0);
     }
 }

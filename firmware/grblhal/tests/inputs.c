@@ -97,8 +97,22 @@ void inputs(void)
     said_nothing();
     gc_state.modal.tool_offset_mode = ToolLengthOffset_Cancel;
     CHECK(corrected_by() == 0.0 && strstr(said, "bad auxiliary") != NULL, "G49: %s", said);
+    /* A tool that was touched off is by so much longer than the reference tool, whose length must be known. */
+    sys.tlo_reference_set.mask = bit(Z_AXIS);
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_EnableDynamic;
+    gc_state.modal.tool_length_offset[Z_AXIS] = -100.0f;
+    CHECK(corrected_by() == 0.0, "a reference of unknown length");
     CHECK(command("$TRUEAXIS=length 120") == Status_OK, "length");
+    CHECK(corrected_by() == with_20, "%g, not %g", corrected_by(), with_20);
+    sys.tlo_reference_set.mask = 0;
+    CHECK(corrected_by() == with_20, "homing forgets the reference: %g, not %g", corrected_by(), with_20);
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_Cancel;
     CHECK(corrected_by() == with_120, "%g, not %g", corrected_by(), with_120);
+    /* G43.1 without a reference tool. */
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_EnableDynamic;
+    gc_state.modal.tool_length_offset[Z_AXIS] = 20.0f;
+    CHECK(corrected_by() == with_20, "%g, not %g", corrected_by(), with_20);
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_Cancel;
     CHECK(command("$TRUEAXIS=LENGTH") == Status_BadNumberFormat, "no length");
     CHECK(command("$TRUEAXIS=LENGTH 12x") == Status_BadNumberFormat, "12x");
     CHECK(command("$TRUEAXIS=LENGTH nan") == Status_BadNumberFormat, "nan");

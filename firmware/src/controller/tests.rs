@@ -10,7 +10,7 @@ use embedded_io::ErrorType;
 use trueaxis::link::{
     Framed, Header, MOST_BODY, MOST_WIRE, Received, Receiver, Reply, Request, Restart, encode,
 };
-use trueaxis::{AlignedBlob, Auxiliary, AuxiliaryKind, Usual};
+use trueaxis::{AlignedBlob, Auxiliary, AuxiliaryKind, Draft, Interpolation, Usual};
 
 use crate::desktop::Line;
 use crate::device::tests::{Source, draft};
@@ -313,14 +313,18 @@ impl Bench {
 
 /// A compensation whose first auxiliary is the temperature of `sensor`.
 fn warm(sensor: &str) -> AlignedBlob {
-    let mut draft = draft("m", b"XY", 0.3);
+    warm_draft(sensor, 0.3).encode().unwrap()
+}
+
+fn warm_draft(sensor: &str, scale: f32) -> Draft {
+    let mut draft = draft("m", b"XY", scale);
     draft.auxiliaries = vec![Auxiliary {
         name: sensor.try_into().unwrap(),
         kind: AuxiliaryKind::Temperature,
         reference: 20.0,
         sensor: trueaxis::Sensor::USUAL,
     }];
-    draft.encode().unwrap()
+    draft
 }
 
 #[test]
@@ -458,7 +462,8 @@ fn sensors_are_read_once_per_second_and_their_inputs_moved_every_20_ms() {
     bench.celsius.set(Some(23.0));
     bench.run(999);
     assert_eq!(bench.asked.get(), 0);
-    assert_eq!(bench.auxiliary(), (0.0, 1), "lost until the third reading");
+    let (value, lost) = bench.auxiliary();
+    assert!(value.is_nan() && lost == 1, "until the third reading");
     bench.run(1);
     assert_eq!(bench.asked.get(), 1);
     bench.run(2000);
@@ -487,6 +492,43 @@ fn sensors_are_read_once_per_second_and_their_inputs_moved_every_20_ms() {
         last = now;
     }
     assert_eq!(steps, 5);
+}
+
+/// After a reset, while the motion side still asks for corrections.
+#[test]
+fn a_warm_machine_is_corrected_as_warm_from_the_start() {
+    let mut draft = warm_draft("bed", 0.1);
+    let mut bank = draft.banks[0].clone();
+    bank.interpolation = Interpolation::Linear;
+    (bank.input, bank.start, bank.step) = (2, -50.0, 25.0);
+    bank.columns = vec![vec![-0.5, -0.25, 0.0, 0.25, 0.5]];
+    draft.banks.insert(1, bank);
+    draft.terms[1].factors = [2].as_slice().try_into().unwrap();
+    let mut growth = draft.terms[0].clone();
+    growth.weight = 1.0;
+    growth.factors = [1].as_slice().try_into().unwrap();
+    draft.terms.insert(1, growth);
+    let blob = draft.encode().unwrap();
+    // 10 µm/K, or as at the reference if there is no sensor.
+    for (celsius, known, kelvin, lost, expected) in
+        [(Some(35.0), 3000, 15.0, 0, 0.25), (None, 6000, 0.0, 1, 0.1)]
+    {
+        let mut bench = Bench::start(Some(&blob));
+        bench.celsius.set(celsius);
+        bench.main.servo.with(|side| side.enable(true));
+        bench.run_there(known - 1);
+        let dq = |bench: &mut Bench| bench.main.servo.with(|side| side.last().dq[0]);
+        assert_eq!(dq(&mut bench), 0.0);
+        assert!(!bench.healthy.high.get(), "a fault until it is known");
+        bench.run_there(1000);
+        for _ in 0..2 {
+            assert_eq!(bench.auxiliary(), (kelvin, lost));
+            let dq = dq(&mut bench);
+            assert!((dq - expected).abs() < 1e-6, "{dq}");
+            assert!(bench.healthy.high.get());
+            bench.run_there(1000);
+        }
+    }
 }
 
 #[test]

@@ -49,7 +49,7 @@ impl<E: Copy> Filter<E> {
             Ok(_) => {}
             Err(error) => self.error = Some(error),
         }
-        if self.age > self.patience {
+        if self.is_silent() {
             // Earlier readings do not confirm later ones.
             self.count = 0;
         }
@@ -80,10 +80,16 @@ impl<E: Copy> Filter<E> {
         self.celsius
     }
 
-    /// Whether there has been no reading for longer than the patience, or none at all.
+    /// Whether there has been no reading for longer than the patience, or no temperature yet.
     #[must_use]
     pub fn lost(&self) -> bool {
-        self.celsius.is_none() || self.age > self.patience
+        self.celsius.is_none() || self.is_silent()
+    }
+
+    /// Whether there has been no reading for longer than the patience.
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
+        self.age > self.patience
     }
 
     /// The last error since the last reading.

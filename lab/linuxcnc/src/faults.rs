@@ -267,20 +267,32 @@ fn not_referenced(bench: &LinuxCncBench) -> Result<(), String> {
         + &steps("state?0 waiting-for?-1 joint.3.pos-in=nan state?5 waiting-for?-1 \
  fault-code?6 joint.3.pos-in=1.5 state?0 waiting-for?-1 fault?FALSE");
     run(bench, &lines, &[])?;
-    // A squareness: one axis is corrected, and only another one is an input.
+    // A squareness: one axis is corrected, and only another one is an input. A growth: no axis is.
     let machine = example("machine.toml");
-    let square = "machine = \"xyzac-trt\"\n[parameters]\nEC0X = 100e-6\n";
-    bench.write("square.toml", square)?;
-    bench.trueaxis(&["compile", &machine, "square.toml", "-o", "square.trax"])?;
-    let mut lines = started("file=/tmp/square.trax axes=XYZAC units=mm")
-        + &referenced(5)
-        + &steps("enable=1 factor?1");
-    for joint in 0..5 {
-        let homed = format!("joint.{joint}.homed");
-        lines += &(set(&homed, "0") + &steps("factor?0"));
-        lines += &(set(&homed, "1") + &steps("factor?1"));
+    for (errors, warm) in [
+        ("[parameters]\nEC0X = 100e-6\n", ""),
+        (
+            "[thermal]\nEZ0S = { per_kelvin = 1e-3, sensor = \"bed\", reference_celsius = 20.0 }\n",
+            "temperature-0=35",
+        ),
+    ] {
+        let errors = format!("machine = \"xyzac-trt\"\n{errors}");
+        bench.write("few.toml", errors)?;
+        bench.trueaxis(&["compile", &machine, "few.toml", "-o", "few.trax"])?;
+        let mut lines = started("file=/tmp/few.trax axes=XYZAC units=mm temperatures=1")
+            + &referenced(5)
+            + &steps(warm)
+            + &steps("enable=1 factor?1");
+        for joint in 0..5 {
+            let pin = |name: &str, value: &str| set(&format!("joint.{joint}.{name}"), value);
+            lines += &(pin("homed", "0") + &steps("factor?0"));
+            lines += &(pin("homed", "1") + &steps("factor?1"));
+            lines += &(pin("homing", "1") + &steps("factor?0 active?FALSE state?4"));
+            lines += &(pin("homing", "0") + &steps("factor?1"));
+        }
+        run(bench, &lines, &[])?;
     }
-    run(bench, &lines, &[])
+    Ok(())
 }
 
 /// The compensation in use stays in use until a better one is available.

@@ -79,6 +79,7 @@ typedef enum { Probing_Off = 0, Probing_Active } probing_state_t;
 typedef struct {
     int32_t position[N_AXIS], probe_position[N_AXIS];
     axes_signals_t homed, soft_limits;
+    axes_signals_t tlo_reference_set; /* axes with a reference tool */
     work_envelope_t work_envelope; /* of homed axes */
     volatile probing_state_t probing_state;
 } system_t;
