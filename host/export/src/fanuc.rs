@@ -97,7 +97,7 @@ pub fn export(
         })
     });
     let table = rounded(&grid, nodes, options.unit, axes, inputs)?;
-    let text = print(&table);
+    let text = print(&table, &options.at);
     let read = read(&text).map_err(NotExported::unread)?;
     let again = read.grid();
     let found = differences(runtime, &commands, |command| {
@@ -126,16 +126,29 @@ fn held(
         let axis = axes.iter().position(|a| char::from(a.name) == letter);
         axis.filter(|axis| !inputs.contains(axis))
     };
-    let held = |(letter, position): &(char, f64)| {
+    let held = |(k, (letter, position)): (usize, &(char, f64))| {
+        if at[..k].iter().any(|(other, _)| other == letter) {
+            return Err(NotExported::new(
+                format!("--at has {letter} twice"),
+                "give one position of each axis",
+            ));
+        }
         let axis = index(*letter).ok_or_else(|| {
             NotExported::new(
                 format!("{letter} is not an axis of the compensation besides X, Y and Z"),
                 "write --at with the letters of the rotary axes, like A=0,C=0",
             )
         })?;
+        let [low, high] = travel(&axes[axis]);
+        if !(low..=high).contains(position) {
+            return Err(NotExported::new(
+                format!("{letter}={position} is outside of the travel, {low} to {high} deg"),
+                "give a position of --at within the travel",
+            ));
+        }
         Ok((axis, *position as f32))
     };
-    at.iter().map(held).collect()
+    at.iter().enumerate().map(held).collect()
 }
 
 /// Whole numbers, with the smallest magnifications that hold them.
@@ -197,9 +210,18 @@ const HEAD: [&str; 4] = [
     "magnification",
 ];
 
-fn print(table: &FanucTable) -> String {
+/// The text of a grid, which is for positions `at` of further axes.
+fn print(table: &FanucTable, at: &[(char, f64)]) -> String {
+    let at: String = at
+        .iter()
+        .map(|(letter, position)| format!(" {letter}{position}"))
+        .collect();
+    let only = match at.is_empty() {
+        true => at,
+        false => format!(", only for{at}"),
+    };
     let mut text = format!(
-        "# trueaxis: three-dimensional error compensation of a Fanuc 30i, corrections\n\
+        "# trueaxis: three-dimensional error compensation of a Fanuc 30i, corrections{only}\n\
          # plain CSV: how the control reads such values from a file is not public, so enter or convert them\n\
          # detection unit (mm), {}\n",
         table.unit

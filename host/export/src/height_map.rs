@@ -5,6 +5,22 @@
 //! the value.
 
 use crate::sampled::SampledGrid;
+use crate::text_lines::TextLine;
+use trueaxis_model::source::FileError;
+
+/// Heights (mm) from here on are none of a bed.
+pub(crate) const HIGHEST: f64 = 10.0;
+
+/// Refuses what is no height of a bed.
+pub(crate) fn check_height(line: &TextLine<'_>, height: f64) -> Result<(), FileError> {
+    match height.abs() < HIGHEST {
+        true => Ok(()),
+        false => Err(line.bad(
+            format!("{height} mm is no height of a map"),
+            "probe again, or give heights in mm",
+        )),
+    }
+}
 
 /// Positions of X and Y, and the value of Z that touches there (mm).
 pub type MapPoint = [f64; 3];

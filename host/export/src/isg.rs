@@ -78,8 +78,10 @@ fn print(chain: &Chain<'_>, motions: &[AxisErrors]) -> String {
         if axis.letter.is_rotary() {
             add("P", &letter, placed.point);
         }
-        // An axis that is not along an axis of the foundation.
-        if placed.direction.abs().max() < 1.0 - 1e-9 {
+        // The control moves an axis along its letter or turns it about that; a reversed one goes the other way. The file
+        // shows no smaller difference.
+        let own = nalgebra::Vector3::ith(axis.letter.component(), 1.0);
+        if (placed.direction - own).abs().max() > 1e-9 {
             add("V", &letter, placed.direction);
         }
     }

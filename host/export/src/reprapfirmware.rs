@@ -6,7 +6,7 @@
 //! still read. Positions are minimum + index × spacing, the maximum has no effect. Source: `GridDefinition` and `HeightMap`
 //! of RepRapFirmware.
 
-use crate::height_map::{HeightMap, rows};
+use crate::height_map::{HIGHEST, HeightMap, check_height, rows};
 use crate::sampled::{Nodes, SampledGrid};
 use crate::text_lines::{TextLine, lines};
 use trueaxis_model::source::FileError;
@@ -82,7 +82,13 @@ pub fn check(map: &HeightMap) -> Result<(), String> {
     if x.step < LEAST_SPACING || y.step < LEAST_SPACING {
         return Err("the points are closer together than 0.1 mm".to_owned());
     }
-    match map.grid.values.iter().flatten().find(|v| v.abs() >= 10.0) {
+    match map
+        .grid
+        .values
+        .iter()
+        .flatten()
+        .find(|v| v.abs() >= HIGHEST)
+    {
         Some(large) => Err(format!("a correction of {large} mm is no height of a map")),
         None => Ok(()),
     }
@@ -121,9 +127,20 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
     for _ in 0..nodes[1].count {
         let line = lines.next().ok_or_else(missing)?;
         for word in row(line, nodes[0].count)? {
-            values.push([line.number(word)?]);
+            let height = line.number(word)?;
+            check_height(line, height)?;
+            values.push([height]);
             probed.push(word != "0");
         }
+    }
+    if let Some(line) = lines.find(|line| !line.text.trim().is_empty()) {
+        return Err(line.bad(
+            format!(
+                "more rows of heights than the {} of the third line",
+                nodes[1].count
+            ),
+            "give the file as the firmware writes it",
+        ));
     }
     let grid = SampledGrid {
         nodes: nodes.to_vec(),
@@ -162,6 +179,12 @@ fn parameters(line: &TextLine<'_>, version: usize) -> Result<([char; 2], [Nodes;
         0 => ['X', 'Y'],
         _ => [letter(line, words[0])?, letter(line, words[1])?],
     };
+    if axes[0] == axes[1] {
+        return Err(line.bad(
+            format!("a map over {} and {}", axes[0], axes[1]),
+            "write X and Y, or the letters of the axes that were probed",
+        ));
+    }
     let words = &words[letters..];
     let [low_0, _, low_1, _] = [words[0], words[1], words[2], words[3]].map(|w| line.number(w));
     // words[4] is the radius that was probed.

@@ -28,6 +28,19 @@ pub struct AxisErrors {
 }
 
 impl AxisErrors {
+    /// Adds other errors of the axis, at the positions of both.
+    pub(crate) fn add(&mut self, other: &Self) {
+        let mut at = [&self.at[..], &other.at].concat();
+        ascending(&mut at);
+        at.dedup();
+        let sum = |q: &f64| {
+            let [own, other] = [self.value(*q), other.value(*q)];
+            std::array::from_fn(|k| own[k] + other[k])
+        };
+        self.errors = at.iter().map(sum).collect();
+        self.at = at;
+    }
+
     /// The error at a position (mm, deg).
     #[must_use]
     pub fn value(&self, position: f64) -> Error {
@@ -92,17 +105,26 @@ impl PlacedAxis {
 
     /// The other way.
     fn components(&self, error: Htm) -> Error {
-        let about = Htm::translation(-self.point) * error * Htm::translation(self.point);
-        let r = about.r;
-        [
-            about.t.x,
-            about.t.y,
-            about.t.z,
-            libm::atan2(-r[(1, 2)], r[(2, 2)]),
-            libm::asin(r[(0, 2)].clamp(-1.0, 1.0)),
-            libm::atan2(-r[(0, 1)], r[(0, 0)]),
-        ]
+        components(Htm::translation(-self.point) * error * Htm::translation(self.point))
     }
+
+    /// An error about its point, in the coordinates of the machine, as one in the frame of the axis.
+    pub(crate) fn in_frame(&self, error: Error) -> Error {
+        let frame = self.frame.inverse() * Htm::translation(self.point);
+        components(frame * Htm::from_xyz_abc(error) * frame.inverse())
+    }
+}
+
+/// `[x y z a b c]` of a displacement, the inverse of [`Htm::from_xyz_abc`].
+fn components(Htm { r, t }: Htm) -> Error {
+    [
+        t.x,
+        t.y,
+        t.z,
+        libm::atan2(-r[(1, 2)], r[(2, 2)]),
+        libm::asin(r[(0, 2)].clamp(-1.0, 1.0)),
+        libm::atan2(-r[(0, 1)], r[(0, 0)]),
+    ]
 }
 
 impl<'m> Chain<'m> {

@@ -108,6 +108,41 @@ fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
     }
 }
 
+/// The magnitude of an adjustable weight is in the values: with the weight that a controller begins with, which is also that
+/// of one that has lost its settings, a table adds no more than the error. And every table reaches its last point.
+#[test]
+fn adjustable_errors_are_as_large_in_the_tables_as_they_are() {
+    let folder = Folder::new();
+    let [machine, errors] =
+        ["machine", "errors-13"].map(|n| example(&format!("huron-k2x8/{n}.toml")));
+    let [fik, cec] = ["fik.trax", "fik.mpf"].map(|n| folder.at(n));
+    done(&format!(
+        "compile {machine} {errors} --scheme fik --adjust EZ0S,EYY1,EXX1 -o {fik}"
+    ));
+    answer(0, &export(&fik, "not-added", &cec));
+    let text = std::fs::read_to_string(&cec).unwrap();
+    let numbers = |name: &str| -> Vec<f64> {
+        let lines = text.lines().filter(|line| line.starts_with(name));
+        lines
+            .map(|line| line.split_once('=').unwrap().1.parse().unwrap())
+            .collect()
+    };
+    // Factors are at most 1, and no error is as large.
+    assert!(numbers("$AN_CEC[").iter().all(|value| value.abs() <= 1.0));
+    let weights = numbers("$SN_CEC_TABLE_WEIGHT[");
+    assert_eq!(weights, vec![1.0; text.matches("\n; table ").count()]);
+    let [min, max, step] = ["MIN", "MAX", "STEP"].map(|name| numbers(&format!("$AN_CEC_{name}[")));
+    let counts = text.lines().filter_map(|line| line.strip_suffix(" values"));
+    let counts = counts.filter_map(|line| line.rsplit(' ').next()?.parse::<f64>().ok());
+    for (k, count) in counts.enumerate() {
+        assert_eq!(
+            ((max[k] - min[k]) / step[k]).trunc(),
+            count - 1.0,
+            "table {k}"
+        );
+    }
+}
+
 #[test]
 fn limits_in_the_file_are_read_and_tables_beyond_them_warned_of() {
     let folder = Folder::new();

@@ -391,7 +391,7 @@ fn nothing_is_decided_by_a_value_that_was_measured_once() {
     let text = huron_without(&[]).replace("EYY1 = -14.3e-6", "EYY1 = -60e-6");
     let names = ["EC0X", "E X", "E Y"];
     let judged = |text: &str, found: &str, at_most: f64| {
-        let errors = folder.file("errors.toml", text.to_owned());
+        let errors = folder.file("errors.toml", text);
         let limits = names.map(|name| match name {
             "EC0X" => limit(name, at_most).replace("um =", "urad ="),
             _ => limit(name, at_most),

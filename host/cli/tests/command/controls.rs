@@ -1,6 +1,6 @@
 //! `export isg`, `heidenhain` and `fanuc`, `import isg`: their files, and what they leave.
 
-use crate::program::{Folder, answer, blob, example, has, plain, refused, trueaxis};
+use crate::program::{Folder, answer, blob, done, example, has, plain, refused, split, trueaxis};
 
 #[test]
 fn errors_for_a_control_with_a_model_are_written_and_read_again() {
@@ -40,6 +40,16 @@ fn errors_for_a_control_with_a_model_are_written_and_read_again() {
         ],
         &["machine.toml, line"],
     );
+    // What moves only the datum is left out, and said; a misspelt name is not.
+    let csv = folder.file("measured.csv", "A0X A0Y\n1e-4 2e-5\n");
+    let import = format!("import isg {csv} --machine {machine} -o {again}");
+    let said = done(&import);
+    has(
+        &said,
+        "not imported, because it moves only the datum: A0X\n",
+    );
+    folder.file("measured.csv", "PITCH A0Y\n1e-4 2e-5\n");
+    refused(&split(&import), &["line 1", "`PITCH` is neither"]);
 }
 
 #[test]
@@ -101,9 +111,14 @@ fn a_grid_says_what_rotary_axes_leave() {
     };
     // Steps of 0.2 µm, and tables within 0.05 µm between a few points.
     assert!(at("A=0,C=0") < 1.0);
+    let grid = std::fs::read_to_string(&to).unwrap();
+    let head = grid.lines().next().unwrap();
+    assert!(head.ends_with("corrections, only for A0 C0"), "{head}");
     for (option, value, says) in [
         ("--at", "Q=0", "Q is not an axis"),
         ("--at", "A:0", "`A:0` is not an axis"),
+        ("--at", "A=33,a=40,C=0", "--at has A twice"),
+        ("--at", "A=900", "A=900 is outside of the travel"),
         ("--unit", "0.0000001", "detection unit"),
     ] {
         refused(

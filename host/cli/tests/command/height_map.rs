@@ -99,4 +99,40 @@ fn a_map_that_is_not_one_is_refused_with_its_line() {
         &["import", "klipper", &map, "--machine", &machine, "-o", &to],
         &["no stored profile", "BED_MESH_PROFILE SAVE"],
     );
+    let mesh = |max_x: &str, z: &str| {
+        format!(
+            "[bed_mesh a]\nversion = 1\npoints =\n  0.1, 0.2\n  0.1, {z}\nx_count = 2\ny_count = 2\n\
+             min_x = 0\nmax_x = {max_x}\nmin_y = 0\nmax_y = 1200\n"
+        )
+    };
+    for (max_x, z, options, says) in [
+        (
+            "800",
+            "900000",
+            "",
+            "printer.cfg, line 5: 900000 mm is no height",
+        ),
+        (
+            "8000",
+            "0.1",
+            "",
+            "X stood at 0.00 to 8000.00 mm, and travels from 0 to 800",
+        ),
+        (
+            "800",
+            "0.1",
+            "--probe=-20,0",
+            "X stood at 20.00 to 820.00 mm",
+        ),
+        (
+            "800",
+            "0.1",
+            "--zero Z=500",
+            "Z stood at 500.00 mm, and travels from -150 to 0",
+        ),
+    ] {
+        let map = folder.file("printer.cfg", mesh(max_x, z));
+        let words = format!("import klipper {map} --machine {machine} -o {to} {options}");
+        refused(&split(&words), &[says]);
+    }
 }

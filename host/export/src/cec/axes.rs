@@ -14,6 +14,9 @@ pub struct NamedAxes {
     names: Vec<Vec<String>>,
 }
 
+/// Number of machine axes that a controller has.
+const MOST_AXES: u32 = 31;
+
 /// Errors in a map of axes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AxesError {
@@ -24,7 +27,9 @@ pub enum AxesError {
     #[error("the machine has no axis `{0}`")]
     NoAxis(String),
     /// Not a valid axis name on a controller.
-    #[error("`{0}` is not a name of an axis: letters, digits and underscores, the first a letter")]
+    #[error(
+        "`{0}` is not a name of an axis: letters, digits and underscores, the first a letter; AX1 to AX31"
+    )]
     Name(String),
     /// One name for two axes.
     #[error("`{0}` is given twice")]
@@ -144,7 +149,12 @@ impl NamedAxes {
 #[must_use]
 pub fn is_name(name: &str) -> bool {
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(is_part)
+    let is_word = name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(is_part);
+    let number = name
+        .get(2..)
+        .filter(|_| name.to_ascii_uppercase().starts_with("AX"));
+    let number = number.and_then(|digits| digits.parse::<u32>().ok());
+    is_word && number.is_none_or(|number| (1..=MOST_AXES).contains(&number))
 }
 
 /// An axis that is not in the map.
@@ -187,6 +197,8 @@ mod tests {
             ("X", "`X` is not an axis of the machine, an equals"),
             ("U=AX1", "no axis `U`"),
             ("X=1", "`1` is not a name"),
+            ("X=AX31,Y=AX32", "`AX32` is not a name"),
+            ("X=AX0", "`AX0` is not a name"),
             ("X=AX1,Y=ax1", "`AX1` is given twice"),
             ("", "`` is not an axis"),
         ] {

@@ -21,8 +21,9 @@ struct DraftTable {
     spacing: Spacing,
     travel: TravelDirection,
     values: Vec<f64>,
-    /// Written as the weight of the table, if any.
-    weight: Option<f64>,
+    /// Its weight can be set on the controller, so it stays a table of its own. As compiled, the weight is 1: a controller
+    /// that loses it must not add larger values.
+    adjustable: bool,
 }
 
 /// A factor, and everything that it is multiplied by.
@@ -74,7 +75,7 @@ impl DraftTable {
             spacing: function.spacing,
             travel: function.travel,
             values: function.values.iter().map(|v| v * weight).collect(),
-            weight: None,
+            adjustable: false,
         }
     }
 
@@ -89,7 +90,7 @@ impl DraftTable {
             spacing: self.spacing,
             values: self.values.iter().map(|v| *v as f32).collect(),
             travel: self.travel,
-            weight: self.weight.unwrap_or(1.0) as f32,
+            weight: 1.0,
             times,
         }
     }
@@ -99,7 +100,7 @@ impl DraftTable {
 fn add(columns: &mut Vec<DraftTable>, column: DraftTable) {
     let is_same = |c: &&mut DraftTable| {
         let same = (c.input, c.spacing, c.travel) == (column.input, column.spacing, column.travel);
-        same && c.weight.is_none() && column.weight.is_none()
+        same && !c.adjustable && !column.adjustable
     };
     match columns.iter_mut().find(is_same) {
         Some(known) => {
@@ -116,8 +117,8 @@ impl Output {
         match term {
             Normal::Constant(value) => self.constant += value,
             Normal::Plain(function, weight, true) => self.plain.push(DraftTable {
-                weight: Some(weight),
-                ..DraftTable::new(&function, 1.0)
+                adjustable: true,
+                ..DraftTable::new(&function, weight)
             }),
             Normal::Plain(function, weight, false) => {
                 add(&mut self.plain, DraftTable::new(&function, weight));
@@ -147,8 +148,7 @@ impl Output {
             products.extend(self.scaled(group, factors));
         }
         self.settle_constant(output, travel);
-        let is_zero = |c: &DraftTable| c.peak() == 0.0;
-        self.plain.retain(|c| !is_zero(c) || c.weight.is_some());
+        self.plain.retain(|c| c.peak() != 0.0);
         tables.extend(self.plain.iter().map(|column| column.table(output, None)));
         for (named, by) in products {
             let place = tables.len();
@@ -238,7 +238,7 @@ impl Output {
         if self.constant == 0.0 {
             return;
         }
-        let holds = |c: &&mut DraftTable| c.travel == TravelDirection::Both && c.weight.is_none();
+        let holds = |c: &&mut DraftTable| c.travel == TravelDirection::Both && !c.adjustable;
         match self.plain.iter_mut().find(holds) {
             Some(column) => column.values.iter_mut().for_each(|v| *v += self.constant),
             None => self.plain.push(DraftTable {
@@ -251,7 +251,7 @@ impl Output {
                 },
                 travel: TravelDirection::Both,
                 values: vec![self.constant; 2],
-                weight: None,
+                adjustable: false,
             }),
         }
     }

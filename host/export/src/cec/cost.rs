@@ -104,7 +104,7 @@ impl fmt::Display for Note {
             Self::Fixed { output, weight } => {
                 write!(
                     f,
-                    "a product of d{output} has its weight {weight} for good: weights are of single tables"
+                    "d{output} has the weight {weight} for good: the controller changes those of single tables, by a factor"
                 )
             }
         }

@@ -47,8 +47,14 @@ fn table(number: usize, values: &[&str], more: &[&str]) -> String {
     text
 }
 
+/// A file with these tables, whose weights are 1 unless they have others.
 fn file(body: &str) -> String {
-    format!("%_N_NC_CEC_INI\nMETRIC\nCHANDATA(1)\n{body}M17\n")
+    let states = |name: &str, table| body.contains(&format!("${name}[{table}]="));
+    let plain = (0..9).filter(|t| states("AN_CEC_STEP", *t) && !states("SN_CEC_TABLE_WEIGHT", *t));
+    let weights: String = plain
+        .map(|t| format!("$SN_CEC_TABLE_WEIGHT[{t}]=1\n"))
+        .collect();
+    format!("%_N_NC_CEC_INI\nMETRIC\nCHANDATA(1)\n{body}{weights}M17\n")
 }
 
 const VALUES: [&str; 3] = ["0.004", "0.002", "-0.001"];
@@ -131,16 +137,17 @@ fn dialects_are_read_as_the_same_tables() {
         text.replace("$AN_CEC_IS_MODULO", "$AA_CEC_COMP_IS_MODULO"),
         text.replace("M17", "M0"),
         text.replace("M17\n", ""),
-        text.replace(
-            "M17",
-            "$SN_CEC_TABLE_ENABLE[0]=1\n$SN_CEC_TABLE_WEIGHT[0]=1",
-        ),
+        text.replace("M17", "$SN_CEC_TABLE_ENABLE[0]=1"),
+        text.replace("$SN_CEC_TABLE_WEIGHT[0]=1\n", ""),
     ] {
         let found = reader(&other, |_| {});
         assert_eq!(found.unwrap().tables, plain, "{other}");
     }
+    let cut = reader(&text.replace("M17\n", ""), |_| {}).unwrap();
+    assert_eq!(cut.doubts[0].message, "the file ends without M17");
     let without = text
         .replace("$AN_CEC_MULT_BY_TABLE[0]=0\n", "")
+        .replace("$SN_CEC_TABLE_WEIGHT[0]=1\n", "")
         .replace("IS_MODULO[0]=0", "IS_MODULO[0]=-1");
     let found = reader(&without, |_| {}).unwrap();
     assert_eq!(found.tables, plain);
@@ -148,6 +155,7 @@ fn dialects_are_read_as_the_same_tables() {
     assert_eq!(
         said,
         [
+            "table 0 has no $SN_CEC_TABLE_WEIGHT: taken as 1",
             "$AN_CEC_IS_MODULO=-1 is taken as 0",
             "table 0 has no $AN_CEC_MULT_BY_TABLE: taken as 0"
         ]
@@ -265,19 +273,19 @@ fn limits_are_in_the_unit_of_the_file() {
 const NOT_UNDERSTOOD: &str = r"$AN_CEC[0,1]=0.002\n | | 4 | value 1 of table 0 is missing
 $AN_CEC[0,2]=-0.001\n | | 4 | value 2 of table 0 is missing
 [0,2] | [0,7] | 4 | values 2 to 6 of table 0 are missing
-M17 | ... | 15 | values are left out
-M17 | $AA_ENC_COMP_DIRECTION[0,AX1]=0 | 15 | not one of the compensation
-M17 | $AA_ENC_COMP[0,0]=0 | 15 | are not the indices
-M17 | $AA_ENC_COMP_MIN[0,AX99]=0 | 15 | not in the map
-M17 | $MA_CEC_MAX_SUM[AX1]=1\n$MA_CEC_MAX_SUM[AX1]=1 | 16 | a second time
-M17 | $MA_CEC_MAX_SUM[AX1]=-1 | 15 | is a number from 0
-M17 | $MA_CEC_MAX_VELO[AX99]=1 | 15 | not in the map
-M17 | $MA_CEC_MAX_SUM[0,AX1]=1 | 15 | are not the indices
-M17 | $AN_CEC[0,3]=0 | 15 | value 3 of table 0 is beyond MAX
-M17 | $AN_CEC[0,2]=0 | 15 | a second time
-M17 | M17\nMETRIC | 16 | after the end
-M17 | INCH | 15 | other unit
-M17 | $MN_MM_CEC_MAX_POINTS[0]=3 | 15 | not one of the compensation
+M17 | ... | 16 | values are left out
+M17 | $AA_ENC_COMP_DIRECTION[0,AX1]=0 | 16 | not one of the compensation
+M17 | $AA_ENC_COMP[0,0]=0 | 16 | are not the indices
+M17 | $AA_ENC_COMP_MIN[0,AX99]=0 | 16 | not in the map
+M17 | $MA_CEC_MAX_SUM[AX1]=1\n$MA_CEC_MAX_SUM[AX1]=1 | 17 | a second time
+M17 | $MA_CEC_MAX_SUM[AX1]=-1 | 16 | is a number from 0
+M17 | $MA_CEC_MAX_VELO[AX99]=1 | 16 | not in the map
+M17 | $MA_CEC_MAX_SUM[0,AX1]=1 | 16 | are not the indices
+M17 | $AN_CEC[0,3]=0 | 16 | value 3 of table 0 is beyond MAX
+M17 | $AN_CEC[0,2]=0 | 16 | a second time
+M17 | M17\nMETRIC | 17 | after the end
+M17 | INCH | 16 | other unit
+M17 | $MN_MM_CEC_MAX_POINTS[0]=3 | 16 | not one of the compensation
 METRIC\n | | 3 | whether it is metric
 =AX3 | =AX4 | 7 | `AX4` is not in the map
 0.002 | 0,002 | 5 | not a number
@@ -295,7 +303,7 @@ MODULO[0]=0 | MODULO[0]=2 | 12 | neither 0 nor 1
 DIRECTION[0]=0 | DIRECTION[0]=2 | 13 | none of 0, 1 and -1
 TABLE[0]=0 | TABLE[0]=2 | 14 | table 1, which is not in the file
 TABLE[0]=0 | TABLE[0]=0.5 | 14 | not a number of a table
-M17 | $SN_CEC_TABLE_ENABLE[0]=0 | 15 | switched off";
+M17 | $SN_CEC_TABLE_ENABLE[0]=0 | 16 | switched off";
 
 #[test]
 fn what_is_not_understood_is_refused_at_its_line() {
@@ -313,7 +321,10 @@ fn products_that_nobody_knows_the_meaning_of_are_refused() {
     };
     let by_0 = "$AN_CEC_MULT_BY_TABLE[1]=1";
     let plain = body([&[], &[by_0], &[]]);
-    let weighted = |table| plain.replace("M17", &format!("$SN_CEC_TABLE_WEIGHT[{table}]=2"));
+    let weighted = |table| {
+        let weight = format!("WEIGHT[{table}]=");
+        plain.replace(&format!("{weight}1"), &format!("{weight}2"))
+    };
     for (text, added, cause) in [
         (
             body([&[], &[by_0, "$AN_CEC_OUTPUT_AXIS[1]=AX2"], &[]]),

@@ -35,6 +35,10 @@ pub fn comments(
             most.unwrap_or_default()
         ),
     ];
+    comments.push(
+        "a controller keeps tables of earlier files: for those with higher numbers than here, $SN_CEC_TABLE_ENABLE[n]=0"
+            .to_owned(),
+    );
     for (axis, sum) in largest_sums(&plan.tables, factor_tables) {
         let rate = compensation.axes()[axis].rate_bound;
         comments.extend(axis_limits(axes, axis, sum, rate.into()));

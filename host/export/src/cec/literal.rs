@@ -70,6 +70,11 @@ pub fn literal(compensation: &Largest<'_>, factor_tables: FactorTables) -> Optio
             _ => return None,
         }
     }
+    // A controller that loses a weight must not add larger values.
+    for table in &mut tables {
+        let weight = std::mem::replace(&mut table.weight, 1.0);
+        table.values.iter_mut().for_each(|v| *v *= weight);
+    }
     (tables.len() == banks.len() && !tables.is_empty()).then_some(tables)
 }
 

@@ -10,7 +10,7 @@
 //!   both is added. Whether the other table is also added by itself is not settled: [`FactorTables`].
 //! - `IS_MODULO`: the period is `MAX − MIN`, and both ends are stored, with equal values.
 //! - `DIRECTION` 1 or −1: the table only applies for that direction of travel of its input.
-//! - The table weight multiplies its values; used here only for tables that are not part of a product.
+//! - The table weight multiplies its values; here it is 1, and read only of tables that are not part of a product.
 //!
 //! [`read()`] and [`print()`] handle the language, [`plan()`] adapts a compensation to the rules, [`draft()`] makes
 //! one from tables, [`prove()`] compares both.

@@ -104,7 +104,7 @@ fn converted(
     let mut long = Vec::new();
     for term in terms {
         let output = term.output;
-        if term.adjustable && term.factors.len() != 1 {
+        if term.adjustable && (term.factors.len() != 1 || term.weight == 0.0) {
             let (output, weight) = (axes.letter(output), term.weight);
             notes.push(Note::Fixed { output, weight });
         }

@@ -111,19 +111,26 @@ fn tables_hold_for_one_tool_length() {
 }
 
 #[test]
-fn weights_of_single_tables_stay_weights_and_others_are_told() {
-    let mut draft = with(tables(), vec![term(0, 0.75, &[0]), term(1, 0.5, &[1, 2])]);
+fn adjustable_tables_have_their_weight_in_their_values_and_others_are_told() {
+    let terms = [
+        term(0, 0.75, &[0]),
+        term(1, 0.5, &[1, 2]),
+        term(2, 0.0, &[3]),
+    ];
+    let mut draft = with(tables(), terms.to_vec());
     for term in &mut draft.terms {
         term.limits = Some([0.0, 1.0]);
     }
     let (plan, text) = written(&draft.encode().unwrap(), &options(FactorTables::NotAdded)).unwrap();
-    assert!(text.contains("\n$SN_CEC_TABLE_WEIGHT[0]=0.75\n"), "{text}");
+    // A lost weight, and the one that a controller begins with, are 1: it is stated for each table.
+    for table in 0..3 {
+        assert!(text.contains(&format!("\n$SN_CEC_TABLE_WEIGHT[{table}]=1\n")));
+    }
+    assert_eq!(plan.tables[0].values, [-0.009, 0.009]);
+    let fixed = [('Y', 0.5), ('A', 0.0)];
     assert_eq!(
         plan.notes,
-        [Note::Fixed {
-            output: 'Y',
-            weight: 0.5
-        }]
+        fixed.map(|(output, weight)| Note::Fixed { output, weight })
     );
     round_trips(&draft);
 }

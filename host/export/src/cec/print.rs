@@ -78,7 +78,5 @@ pub fn one(
     // The number of a table is its index + 1.
     let times = table.times.map_or(0, |times| first + times + 1);
     set("AN_CEC_MULT_BY_TABLE", &times);
-    if table.weight != 1.0 {
-        set("SN_CEC_TABLE_WEIGHT", &table.weight);
-    }
+    set("SN_CEC_TABLE_WEIGHT", &table.weight);
 }

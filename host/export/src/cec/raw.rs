@@ -103,6 +103,11 @@ impl<'t> Raw<'t> {
         Ok((0.0, self.span.clone()))
     }
 
+    /// True if its weight is stated, or if it can have none.
+    pub fn has_weight(&self) -> bool {
+        !matches!(self.key, TableKey::Table(_)) || self.settings.contains_key(&Setting::Weight)
+    }
+
     fn axis(&self, setting: Setting, reading: &ReadOptions<'_>) -> Result<usize, FileError> {
         let written = self.settings.get(&setting);
         let (name, span) = written.ok_or_else(|| self.missing(setting))?;

@@ -190,6 +190,24 @@ impl<'t> CecReader<'t, '_> {
             ));
         }
         let mut doubts = Vec::new();
+        if !self.has_ended {
+            doubts.push(FileError::whole(
+                "the file ends without M17",
+                "check that it is whole: the controller ends its archives with M17",
+            ));
+        }
+        let mut unweighted = self.raw.values().filter(|raw| !raw.has_weight());
+        if let Some(raw) = unweighted.next() {
+            let (table, name) = (raw.key, Setting::Weight.name(raw.key));
+            let more = match unweighted.count() {
+                0 => String::new(),
+                more => format!(", and {more} more"),
+            };
+            doubts.push(raw.error(
+                format!("{table} has no {name}{more}: taken as 1"),
+                "a controller keeps the old value: state it",
+            ));
+        }
         let units = self.units.or(reading.units);
         let keys: Vec<TableKey> = self.raw.keys().copied().collect();
         let raw: Vec<&Raw<'_>> = self.raw.values().collect();

@@ -70,8 +70,17 @@ impl Spacing {
             .find(|max| ((max - min) / intervals) as f32 == self.step)
             .unwrap_or(end);
         let exact = (max - min) / intervals;
-        let fits = |step: &f64| *step as f32 == self.step && whole(max - min, *step).is_some();
-        let step = (0..=17).map(|decimals| rounded(exact, decimals)).find(fits);
+        // Never above: a controller that truncates the quotient would lose the last point.
+        let fits = |step: &f64| {
+            *step as f32 == self.step
+                && (max - min) / step >= intervals
+                && whole(max - min, *step).is_some()
+        };
+        let near = |decimals: usize| {
+            let below = exact - 0.5 * libm::exp10(-(decimals as f64));
+            [exact, below].map(|step| rounded(step, decimals))
+        };
+        let step = (0..=17).flat_map(near).find(fits);
         WrittenSpacing {
             min,
             max,
@@ -123,6 +132,20 @@ mod tests {
         assert_eq!(whole(360.0, written.step), Some(7.0));
     }
 
+    #[test]
+    fn a_controller_that_truncates_reaches_the_last_point() {
+        // 17.0212766 · 47 is more than 800.
+        let spacing = Spacing {
+            start: 0.0,
+            step: 800.0 / 47.0,
+            points: 48,
+            modulo: false,
+        };
+        let written = spacing.written();
+        assert_eq!(written.max, 800.0);
+        assert_eq!((written.max / written.step).trunc(), 47.0, "{written:?}");
+    }
+
     proptest! {
         #[test]
         fn what_is_written_is_read_as_the_same_points(
@@ -137,6 +160,8 @@ mod tests {
             prop_assert_eq!(read(&written, points, modulo), spacing);
             let times = whole(written.max - written.min, written.step);
             prop_assert_eq!(times, Some(spacing.intervals() as f64));
+            let reached = (written.max - written.min) / written.step;
+            prop_assert!(reached >= spacing.intervals() as f64, "{:?}", written);
         }
     }
 }

@@ -2,28 +2,29 @@
 
 use super::COMPONENTS;
 use super::parameters::{IsgParameters, IsgTable};
+use crate::rigid_body::{AxisErrors, Chain, Error};
+use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::fmt::Write;
-use std::ops::Range;
 use trueaxis_model::machine::{Axis, Machine};
 use trueaxis_model::source::FileError;
 
-/// The straightness (component) that an angle of the direction of a linear axis causes, and its sign: an axis along k that
-/// is turned about i moves along i × k.
-fn slope(along: usize, about: usize) -> Option<(usize, f64)> {
-    match (about + 3 - along) % 3 {
-        1 => Some(((about + 1) % 3, -1.0)),
-        2 => Some(((about + 2) % 3, 1.0)),
-        _ => None,
-    }
-}
+/// A centre of rotation (mm) may differ by as much from the machine file: an error of a mrad about it moves by a nm more.
+const SAME_POINT: f64 = 1e-3;
+/// A direction may: 1 µm over a metre.
+const SAME_DIRECTION: f64 = 1e-6;
 
-/// The errors as an error file. Locations of rotary axes become parameters; an angle of a linear axis becomes the slope of
-/// its straightness, because it turns no more than the direction of this axis.
+/// The errors as an error file, and the names of those that it does not have because they move only the datum. Locations of
+/// rotary axes become parameters; an angle of a linear axis becomes the slope of its straightness, because it turns no more
+/// than the direction of this axis. The control has errors in the coordinates of the machine, the error file in those of
+/// the axis.
 ///
 /// # Errors
 /// [`FileError`] for parameters that the machine does not have.
-pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String, FileError> {
+pub fn imported(
+    parameters: &IsgParameters,
+    machine: &Machine,
+) -> Result<(String, Vec<String>), FileError> {
     if parameters.constants.is_empty() && parameters.tables.is_empty() {
         return Err(FileError::whole(
             "no parameters",
@@ -31,53 +32,65 @@ pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String,
         ));
     }
     once_each(parameters)?;
-    let (mut located, mut left_out) = (String::new(), Vec::new());
-    let mut tables = parameters.tables.clone();
+    let chain = Chain::new(machine);
+    let mut motions = parameters.motions(machine)?;
+    for table in &parameters.tables {
+        let (_, axis) = table.motion(machine)?;
+        is_of_machine(table, &machine.axes[axis])?;
+    }
+    let mut located: Vec<Error> = vec![[0.0; 6]; machine.axes.len()];
+    let (mut count, mut left_out) = (parameters.tables.len(), Vec::new());
     for (name, value, span) in &parameters.constants {
         let Some((component, index)) = location(name, machine) else {
-            if !name.starts_with(['P', 'N', 'V', 'I', 'L']) {
+            let Some(expected) = of_the_model(name, &chain) else {
                 return Err(FileError::here(
                     span.clone(),
-                    format!("`{name}` is no error of an axis that the machine has"),
-                    "give the machine file of this machine, or leave the parameter out",
+                    format!(
+                        "`{name}` is neither an error of an axis that the machine has nor of the control's model of it"
+                    ),
+                    "look for misspelt names, give the machine file of this machine, or leave the parameter out",
+                ));
+            };
+            if let Some((expected, _)) = expected.filter(|(v, same)| (v - value).abs() > *same) {
+                return Err(FileError::here(
+                    span.clone(),
+                    format!(
+                        "{name} is {value}, and by the machine file {:.6}",
+                        expected + 0.0
+                    ),
+                    "give the machine file of this machine, in the coordinates of the control",
                 ));
             }
-            left_out.push(name.clone());
             continue;
         };
         let axis = &machine.axes[index];
-        if *value == 0.0 {
-            continue;
-        }
         if axis.letter.is_rotary() {
-            let _ = writeln!(located, "E{name} = {value:?}");
+            located[index][component] = *value;
+            count += 1;
             continue;
         }
-        let along = axis.letter.component();
-        let turned = component
-            .checked_sub(3)
-            .and_then(|about| slope(along, about));
-        let Some((straightness, sign)) = turned else {
-            // A constant offset of a linear axis, or a rotation about itself.
+        let angle =
+            (component.checked_sub(3)).map_or(Vector3::zeros(), |k| Vector3::ith(k, *value));
+        let slope = angle.cross(&chain.axes[index].direction);
+        // A constant offset of a linear axis, or a rotation about itself, but for rounding.
+        if *value != 0.0 && slope.norm() <= f64::EPSILON * value.abs() {
             left_out.push(name.clone());
             continue;
-        };
-        // The rotation turns the way that the axis moves, which is against the command if it is reversed.
-        let slope = if axis.reversed {
-            -sign * value
-        } else {
-            sign * value
-        };
-        add_slope(&mut tables, COMPONENTS[straightness], axis, slope, span);
+        }
+        count += 1;
+        let [x, y, z] = slope.into();
+        motions[index].add(&AxisErrors {
+            at: axis.travel.to_vec(),
+            errors: (axis.travel.iter())
+                .map(|q| [x * q, y * q, z * q, 0.0, 0.0, 0.0])
+                .collect(),
+        });
     }
-    if left_out.len() == parameters.constants.len() && tables.is_empty() {
+    if count == 0 {
         return Err(FileError::here(
             parameters.constants[0].2.clone(),
-            format!(
-                "there is no error of an axis in it: {} are of the control's own model, or move only the datum",
-                left_out.join(", ")
-            ),
-            "look for misspelt names: A0C is the inclination of C about X, EXY a motion over the position of Y",
+            "there is no error of an axis in it that does more than move the datum",
+            "A0C is the inclination of C about X, EXY a motion over the position of Y",
         ));
     }
     let name = toml::Value::from(machine.name.as_str());
@@ -85,22 +98,69 @@ pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String,
     if !left_out.is_empty() {
         let _ = writeln!(
             text,
-            "# Not imported, because it is of the control's own model or moves only the datum: {}.",
+            "# Not imported, because it moves only the datum: {}.",
             left_out.join(", ")
         );
     }
     text += "# Squareness is in the slopes of straightness.\nslopes_beside_squareness = true\n";
-    if !located.is_empty() {
-        let _ = write!(text, "\n[parameters]\n{located}");
-    }
-    for table in tables {
-        let (component, axis) = table.motion(machine)?;
-        is_of_machine(&table, &machine.axes[axis])?;
-        if table.values.iter().any(|v| *v != 0.0) {
-            text += &tabulated(table, component);
+    let mut parameters = String::new();
+    for (axis, (placed, error)) in machine.axes.iter().zip(chain.axes.iter().zip(located)) {
+        for (component, value) in COMPONENTS.iter().zip(placed.in_frame(error)) {
+            if rounded(value) != 0.0 {
+                let _ = writeln!(
+                    parameters,
+                    "E{component}0{} = {:?}",
+                    axis.letter,
+                    rounded(value)
+                );
+            }
         }
     }
-    Ok(text)
+    if !parameters.is_empty() {
+        let _ = write!(text, "\n[parameters]\n{parameters}");
+    }
+    for (axis, (placed, motions)) in machine.axes.iter().zip(chain.axes.iter().zip(motions)) {
+        let errors: Vec<Error> = (motions.errors.iter())
+            .map(|error| placed.in_frame(*error))
+            .collect();
+        for (k, component) in COMPONENTS.iter().enumerate() {
+            let values: Vec<f64> = errors.iter().map(|error| rounded(error[k])).collect();
+            if values.iter().any(|v| *v != 0.0) {
+                let unit = if k < 3 { "mm" } else { "rad" };
+                text += &tabulated(
+                    &format!("E{component}{}", axis.letter),
+                    &motions.at,
+                    &values,
+                    unit,
+                );
+            }
+        }
+    }
+    Ok((text, left_out))
+}
+
+/// A parameter of the control's model: what it is by the machine file, if this has it, and how much it may differ from that.
+fn of_the_model(name: &str, chain: &Chain<'_>) -> Option<Option<(f64, f64)>> {
+    let letters: Vec<char> = name.chars().collect();
+    let [kind, of, axis] = letters[..] else {
+        return None;
+    };
+    let along = |letter: char| COMPONENTS[..3].iter().position(|c| *c == letter);
+    let placed = |letter: char| chain.machine.index(letter).map(|index| &chain.axes[index]);
+    Some(match (kind, of) {
+        // Another tool may be longer, but not beside this one.
+        ('P', '0') => {
+            let k = along(axis)?;
+            (chain.tool[k].abs() < SAME_DIRECTION).then_some((chain.tip[k], SAME_POINT))
+        }
+        ('N', '0') => along(axis).map(|_| None)?,
+        ('P', _) if !"XYZ".contains(axis) => Some((placed(axis)?.point[along(of)?], SAME_POINT)),
+        ('V', _) => Some((placed(axis)?.direction[along(of)?], SAME_DIRECTION)),
+        // An offset of the positions of all tables.
+        ('I', 'D') => along(axis).map(|_| Some((0.0, 0.0)))?,
+        ('L', 'N') => COMPONENTS.contains(&axis).then_some(None)?,
+        _ => return None,
+    })
 }
 
 /// Refuses a parameter that is there twice: neither is known to be the right one.
@@ -155,49 +215,21 @@ fn location(name: &str, machine: &Machine) -> Option<(usize, usize)> {
     component.zip(machine.index(axis))
 }
 
-/// Adds the slope of a straightness to its table, or makes one.
-fn add_slope(
-    tables: &mut Vec<IsgTable>,
-    straightness: char,
-    axis: &Axis,
-    slope: f64,
-    span: &Range<usize>,
-) {
-    let motion = format!("E{straightness}{}", axis.letter);
-    match tables.iter_mut().find(|table| table.name == motion) {
-        Some(table) => {
-            for (value, at) in table.values.iter_mut().zip(&table.at) {
-                *value += slope * at;
-            }
-        }
-        None => tables.push(IsgTable {
-            name: motion,
-            argument: axis.letter.char(),
-            at: axis.travel.to_vec(),
-            values: axis.travel.iter().map(|at| slope * at).collect(),
-            span: span.clone(),
-        }),
-    }
+/// Without what is only rounding: 1 fm, or 1 fm over a metre.
+fn rounded(value: f64) -> f64 {
+    (value * 1e12).round() / 1e12 + 0.0
 }
 
 /// A table as the error file has it.
-fn tabulated(table: IsgTable, component: usize) -> String {
-    let (mut at, mut values) = (table.at, table.values);
-    // One row is a constant; a table has two.
-    if let ([p], [value]) = (&at[..], &values[..]) {
-        (at, values) = (vec![p - 1.0, p + 1.0], vec![*value; 2]);
-    }
+fn tabulated(name: &str, at: &[f64], values: &[f64], unit: &str) -> String {
     let list = |values: &[f64]| {
-        let words = values
-            .iter()
-            .map(|v| format!("{:?}", (v * 1e12).round() / 1e12 + 0.0));
+        let words = values.iter().map(|v| format!("{v:?}"));
         words.collect::<Vec<_>>().join(", ")
     };
-    let unit = if component < 3 { "mm" } else { "rad" };
-    format!(
-        "\n[tabulated.{}]\nat = [{}]\nvalue = [{}]\nunit = \"{unit}\"\n",
-        table.name,
-        list(&at),
-        list(&values)
-    )
+    // One row is a constant; a table has two.
+    let (at, values) = match (at, values) {
+        ([p], [value]) => (list(&[p - 1.0, p + 1.0]), list(&[*value; 2])),
+        _ => (list(at), list(values)),
+    };
+    format!("\n[tabulated.{name}]\nat = [{at}]\nvalue = [{values}]\nunit = \"{unit}\"\n")
 }

@@ -202,7 +202,7 @@ impl IsgParameters {
         }
     }
 
-    /// The error motions of the axes of a machine. Parameters of the model and unknown ones have no part in them.
+    /// The error motions of the axes of a machine, in its coordinates. Constants have no part in them.
     ///
     /// # Errors
     /// [`FileError`] for a motion that the machine does not have, or over another axis.
@@ -210,19 +210,12 @@ impl IsgParameters {
         let mut motions = vec![AxisErrors::default(); machine.axes.len()];
         for table in &self.tables {
             let (component, index) = table.motion(machine)?;
-            let motion = &mut motions[index];
-            if motion.at.is_empty() {
-                motion.at.clone_from(&table.at);
-                motion.errors = vec![[0.0; 6]; table.at.len()];
-            }
-            if motion.at != table.at {
-                return Err(
-                    table.bad("is over other positions than the motions of this axis before it")
-                );
-            }
-            for (error, value) in motion.errors.iter_mut().zip(&table.values) {
-                error[component] = *value;
-            }
+            let error =
+                |value: &f64| std::array::from_fn(|k| if k == component { *value } else { 0.0 });
+            motions[index].add(&AxisErrors {
+                at: table.at.clone(),
+                errors: table.values.iter().map(error).collect(),
+            });
         }
         Ok(motions)
     }

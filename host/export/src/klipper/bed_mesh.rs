@@ -5,7 +5,7 @@
 //! `#*#`. Source: `bed_mesh.py` of Klipper.
 
 use super::config::{ConfigEntry, ConfigSection, sections};
-use crate::height_map::{HeightMap, rows};
+use crate::height_map::{HeightMap, check_height, rows};
 use crate::sampled::{Nodes, SampledGrid};
 use crate::text_lines::TextLine;
 use trueaxis_model::source::FileError;
@@ -68,6 +68,8 @@ fn values(points: &ConfigEntry<'_>, nodes: &[Nodes; 2]) -> Result<Vec<[f64; 1]>,
         .collect();
     for line in &rows {
         let row = line.numbers()?;
+        row.iter()
+            .try_for_each(|height| check_height(line, *height))?;
         if row.len() != nodes[0].count {
             return Err(line.bad(
                 format!("{} points, where x_count is {}", row.len(), nodes[0].count),

@@ -59,9 +59,11 @@ fn without_comment(line: &str) -> &str {
     comment.map_or(body, |comment| body[..comment].trim_end())
 }
 
-/// All sections of a file. Comments are left out; what `SAVE_CONFIG` has written after `#*#` counts.
+/// All sections of a file. Comments are left out; what `SAVE_CONFIG` has written after `#*#` counts. Sections of one name are
+/// one, as in Klipper.
 pub fn sections(text: &str) -> Vec<ConfigSection<'_>> {
     let mut sections: Vec<ConfigSection<'_>> = Vec::new();
+    let mut current = 0;
     for line in lines(text) {
         let body = without_comment(line.text);
         let trimmed = body.trim();
@@ -69,14 +71,18 @@ pub fn sections(text: &str) -> Vec<ConfigSection<'_>> {
             continue;
         }
         if let Some(name) = trimmed.strip_prefix('[').and_then(|b| b.strip_suffix(']')) {
-            sections.push(ConfigSection {
-                name,
-                line,
-                options: Vec::new(),
-            });
+            let known = sections.iter().position(|section| section.name == name);
+            current = known.unwrap_or(sections.len());
+            if known.is_none() {
+                sections.push(ConfigSection {
+                    name,
+                    line,
+                    options: Vec::new(),
+                });
+            }
             continue;
         }
-        let Some(section) = sections.last_mut() else {
+        let Some(section) = sections.get_mut(current) else {
             continue;
         };
         let line = TextLine {

@@ -292,11 +292,8 @@ const KEYS: [(char, &str); 2] = [('x', "z_compensations"), ('y', "zy_compensatio
 /// [`FileError`]
 pub fn read(text: &str) -> Result<[Option<TwistTable>; 2], FileError> {
     let sections = sections(text);
-    // SAVE_CONFIG stores the values in a section of its own.
-    let given = |key: &str| {
-        let mut own = (sections.iter()).filter(|s| s.name == "axis_twist_compensation");
-        own.find_map(|section| section.given(key))
-    };
+    let own = (sections.iter()).find(|s| s.name == "axis_twist_compensation");
+    let given = |key: &str| own.and_then(|section| section.given(key));
     let mut tables = [None, None];
     for (table, (letter, key)) in tables.iter_mut().zip(KEYS) {
         let Some(values) = given(key) else { continue };
@@ -313,6 +310,12 @@ pub fn read(text: &str) -> Result<[Option<TwistTable>; 2], FileError> {
         let words = values.value.split(',').map(str::trim);
         let found: Vec<f64> =
             (words.map(|word| values.line.number(word))).collect::<Result<_, _>>()?;
+        if let Some(value) = found.iter().find(|v| v.abs() >= HIGHEST) {
+            let message = format!("`{key}` has {value}: no axis twists that far");
+            return Err(values
+                .line
+                .bad(message, "give values in mm, or calibrate again"));
+        }
         if found.len() < 2 || range[0] >= range[1] {
             let message = "a table needs two values, and an end after its start";
             return Err(values.line.bad(message, STORED));
@@ -345,6 +348,8 @@ pub fn read_again(text: &str) -> Result<[TwistTable; 2], NotExported> {
     }
 }
 
+/// Values (mm) from here on are no twist: a probe 30 mm beside the nozzle would hang by 2°.
+const HIGHEST: f64 = 1.0;
 /// Remedy for a section that Klipper did not write.
 const STORED: &str =
     "give the section as AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG store it";

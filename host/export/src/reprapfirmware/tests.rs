@@ -98,8 +98,11 @@ xmin | x0 | 2 | does not know
 10.00,10.00,3 | 10.00,0.00,3 | 3 | less than the firmware
  0.040, | | 5 | 2 heights
 0.040 | inf | 5 | `inf` is not a number
+0.040 | 40 | 5 | 40 mm is no height
+0.040,  0.000\\n | 0.040,  0.000\\n  0.030,  0.040,  0.000\\n | 6 | more rows of heights
 -0.020\\n  0.030,  0.040,  0.000\\n | -0.020\\n | - | ends too early";
     are_refused(FILES[1], rows, read);
-    are_refused(FILES[2], "X,Y, | X,YY, | 3 | `YY` is not the letter", read);
+    let letters = "X,Y, | X,YY, | 3 | `YY` is not the letter\nX,Y, | X,X, | 3 | a map over X and X";
+    are_refused(FILES[2], letters, read);
     assert!(read("").unwrap_err().message.contains("ends too early"));
 }

@@ -68,8 +68,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let made = fanuc::export(&runtime, &options).map_err(|error| super::refused(&error, path))?;
     let (table, text, found) = made;
     let [x, y, z] = table.magnification;
+    let only = match &arguments.at {
+        Some(at) => format!(", only for {at}"),
+        None => String::new(),
+    };
     let screen = format!(
-        "{}: {} points, magnification {x}, {y}, {z}\n",
+        "{}: {} points, magnification {x}, {y}, {z}{only}\n",
         arguments.output.display(),
         table.values.len()
     );

@@ -323,7 +323,7 @@ fn tool(path: &ToolPath, [read, written]: [u64; 2]) -> String {
         line => format!(" (worst in line {line})"),
     };
     text + &format!(
-        "{:.1} µm before, {:.1} µm after{worst}, {more:.0} % more lines\n",
+        "if the machine has these errors and no others: {:.1} µm before, {:.1} µm after{worst}; {more:.0} % more lines\n",
         path.before_um.max, path.after_um.max
     )
 }

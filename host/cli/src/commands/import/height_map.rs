@@ -101,6 +101,47 @@ fn axes_of(
     Ok([index(a)?, index(b)?, index('Z')?])
 }
 
+/// The firmwares write positions (mm) to as much.
+const POSITIONS: f64 = 0.01;
+
+/// Refuses a map that the machine cannot have probed, and a zero of Z where it has no travel.
+fn within_travel(
+    arguments: &Arguments,
+    map: &HeightMap,
+    machine: &Machine,
+    [a, b, z]: [usize; 3],
+    zero: [f64; MAX_AXES],
+    [dx, dy]: [f64; 2],
+) -> Result<(), BadInput> {
+    let touches = map.touches();
+    let stood = [(a, 0, dx), (b, 1, dy)].map(|(axis, k, offset)| {
+        let at = touches.iter().map(|touch| touch[k] - offset + zero[axis]);
+        [
+            at.clone().fold(f64::INFINITY, f64::min),
+            at.fold(f64::NEG_INFINITY, f64::max),
+        ]
+    });
+    for (axis, [from, to]) in [(a, stood[0]), (b, stood[1]), (z, [zero[z]; 2])] {
+        let axis = &machine.axes[axis];
+        let [low, high] = axis.travel;
+        if from < low - POSITIONS || to > high + POSITIONS {
+            let stood = match from == to {
+                true => format!("{from:.2}"),
+                false => format!("{from:.2} to {to:.2}"),
+            };
+            return Err(BadInput::new(
+                format!(
+                    "{}: {} stood at {stood} mm, and travels from {low} to {high} mm",
+                    arguments.map.display(),
+                    axis.letter
+                ),
+                "give the machine file of this printer, the place of its probe, and with --zero where it has the firmware's zero",
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// `probe` is where the probe is beside the nozzle: the axes stood at the places of the map minus it.
 fn run(
     arguments: &Arguments,
@@ -112,6 +153,14 @@ fn run(
     let machine = files::read_machine(&arguments.machine)?;
     let axes = axes_of(arguments, map, &machine)?;
     let zero = zero(arguments, &machine)?;
+    within_travel(
+        arguments,
+        map,
+        &machine,
+        axes,
+        zero,
+        probe.unwrap_or_default(),
+    )?;
     let [dx, dy] = probe.unwrap_or_default();
     let touches = map.touches().into_iter().map(|touch| {
         let mut at = zero;

@@ -71,6 +71,10 @@ fn a_profile_is_read_as_it_is_saved() {
     assert_eq!(touches.len(), 6);
     assert_eq!(touches[1], [25.0, 0.0, -0.02]);
     assert_eq!(touches[4], [5.0, 40.0, 0.1]);
+    // Of sections with one name, Klipper makes one; what comes later wins.
+    let more = SAVED.to_owned() + "#*# [bed_mesh cold]\n#*# max_y = 50.0\n";
+    let nodes = read(&more, None).unwrap().grid.nodes;
+    assert_eq!(nodes[1], Nodes::over([0.0, 50.0], 3));
 }
 
 #[test]
@@ -87,6 +91,7 @@ fn what_klipper_would_not_use_is_refused_with_its_line() {
         assert_eq!(error.line(&text), line, "{error:?}");
     }
     let rows = "version = 1 | version = 0 | 11 | version 0
+-0.02 | -90 | 13 | -900000 mm is no height
 -0.02 | x | 13 | `x0000` is not a number
 , 0.2 | | 15 | 1 points, where x_count is 2
 y_count = 3 | y_count = 4 | 12 | 3 rows of points

@@ -105,6 +105,10 @@ fn a_section_is_read_as_it_is_saved() {
         }
     );
     assert_eq!(y, None);
+    // Of sections with one name, Klipper makes one; what comes later wins.
+    let more = format!("{text}[axis_twist_compensation]\nz_compensations = 0.02, 0.03\n");
+    let [x, _] = read(&more).unwrap();
+    assert_eq!(x.unwrap().values, [0.02, 0.03]);
     for (text, line, message) in [
         (
             "[axis_twist_compensation]\n".to_owned(),
@@ -125,6 +129,11 @@ fn a_section_is_read_as_it_is_saved() {
             text.replace("-0.01,", "much,"),
             Some(7),
             "`much` is not a number",
+        ),
+        (
+            text.replace("-0.01,", "-10.0,"),
+            Some(7),
+            "no axis twists that far",
         ),
     ] {
         let error = read(&text).unwrap_err();
