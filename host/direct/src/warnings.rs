@@ -5,6 +5,10 @@ use crate::iso230_2::analysis;
 use crate::measurement::{AxisRuns, slope};
 use crate::motion::{FoundMotion, name};
 use crate::outlying::{REMEDY, outlying};
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
@@ -164,43 +168,79 @@ pub fn of_readings(machine: &Machine, file: usize, line: &AxisRuns) -> Vec<Doubt
     misread.into_iter().chain(drift).chain(outlying).collect()
 }
 
-/// Fewest runs in which an order says anything: five runs in one direction have the same order by chance once in 60 times.
-const ORDERED: usize = 8;
+/// Of so many orders of the runs in each direction, drawn at random ...
+const ORDERS: usize = 5000;
+/// ... this part may look as much like a warm-up as the order in which they were made.
+const BY_CHANCE: f64 = 0.002;
+/// How quickly a machine warms up, as parts of the time of all runs; the last hardly differs from a straight line.
+const TIMES: [f64; 5] = [0.05, 0.1, 0.2, 0.5, 2.0];
 
-/// Readings that go one way from run to run, which repeatability is not: a machine or an instrument that is warming up. Told
-/// from the target whose reading has changed most, in all directions of travel.
+/// Readings that change with the order of the runs, which repeatability does not: a machine or an instrument that is warming
+/// up. What most of the scatter has in common is one number for each run (the first singular vector); its correlation with
+/// an exponential is compared with those of other orders (a permutation test).
 fn drift(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt> {
-    if line.columns.len() < ORDERED {
-        return None;
-    }
-    let runs = |direction: f64| {
-        let runs = line.columns.iter();
-        runs.filter(move |run| run.direction == direction)
-            .map(|run| &run.readings)
-    };
-    let change = |direction: f64, k: usize| {
-        let mut readings = runs(direction).map(|readings| readings[k]);
-        let first = readings.next();
-        first.zip(readings.next_back()).map(|(a, b)| b - a)
-    };
-    let changes = [1.0, -1.0].map(|direction| {
-        let all = (0..line.targets.len()).filter_map(|k| change(direction, k));
-        all.collect::<Vec<f64>>()
+    let (runs, targets) = (line.columns.len(), line.targets.len());
+    let mut groups = [1.0, -1.0].map(|direction| {
+        let all = (0..runs).filter(|run| line.columns[*run].direction == direction);
+        all.collect::<Vec<usize>>()
     });
-    let whole = |k: usize| changes.iter().filter_map(|c| c.get(k)).sum::<f64>();
-    let order = |a: &usize, b: &usize| whole(*a).abs().total_cmp(&whole(*b).abs());
-    let most = (0..line.targets.len()).max_by(order)?;
-    let sign = whole(most).signum();
-    let goes_on = |direction: f64| {
-        let readings: Vec<f64> = runs(direction).map(|readings| readings[most]).collect();
-        readings
-            .windows(2)
-            .all(|pair| (pair[1] - pair[0]) * sign > 0.0)
+    let centred = |mut values: Vec<f64>| {
+        for group in &groups {
+            let mean = group.iter().map(|run| values[*run]).sum::<f64>() / group.len() as f64;
+            group.iter().for_each(|run| values[*run] -= mean);
+        }
+        DVector::from_vec(values)
     };
-    if whole(most) == 0.0 || ![1.0, -1.0].into_iter().all(goes_on) {
+    let columns: Vec<DVector<f64>> = (0..targets)
+        .map(|k| centred(line.columns.iter().map(|run| run.readings[k]).collect()))
+        .collect();
+    if runs < 2 || columns.is_empty() {
         return None;
     }
-    let directions = changes.iter().filter(|c| !c.is_empty()).count();
+    let scatter = DMatrix::from_columns(&columns);
+    let parts = scatter.clone().svd(true, false);
+    let score = parts.u?.column(parts.singular_values.imax()).into_owned();
+    // A file may have all runs in one direction first.
+    let at = |run: usize| {
+        let ranks = groups.iter().filter_map(|group| {
+            let rank = group.iter().position(|other| *other == run)?;
+            Some(rank as f64 / group.len() as f64)
+        });
+        ranks.sum::<f64>()
+    };
+    let shapes = TIMES.map(|time| {
+        let whole = (0..runs).map(|run| libm::exp(-at(run) / time));
+        centred(whole.collect()).normalize()
+    });
+    let is_like = |score: &DVector<f64>| {
+        let alike = shapes.iter().map(|shape| shape.dot(score).abs());
+        alike.fold(0.0, f64::max)
+    };
+    let (found, before) = (is_like(&score), groups.clone());
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let mut as_much = 0;
+    let mut other = score.clone();
+    for _ in 0..ORDERS {
+        for (group, before) in groups.iter_mut().zip(&before) {
+            group.shuffle(&mut random);
+            for (to, from) in before.iter().zip(group.iter()) {
+                other[*to] = score[*from];
+            }
+        }
+        // But for rounding.
+        as_much += usize::from(is_like(&other) >= found * (1.0 - 1e-9));
+    }
+    if found.is_nan() || as_much as f64 > BY_CHANCE * ORDERS as f64 {
+        return None;
+    }
+    let most = scatter.tr_mul(&score).iamax();
+    let changes = before.iter().filter_map(|group| {
+        let [first, last] = [group.first()?, group.last()?];
+        let reading = |run: &usize| line.columns[*run].readings[most];
+        Some(reading(last) - reading(first))
+    });
+    let directions = before.iter().filter(|group| !group.is_empty()).count();
+    let change = changes.sum::<f64>() / directions as f64;
     let axis = &machine.axes[line.setup.moved];
     let (unit, per_unit) = match line.setup.is_angular() {
         true => ("µrad", 1e6),
@@ -209,10 +249,10 @@ fn drift(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt> {
     Some(Doubt {
         file: Some(file),
         what: format!(
-            "the readings at {} {} change from run to run in one direction, by {:.1} {unit} from the first to the last: their mean belongs to no state of the machine, and an uncertainty from their scatter is too small",
-            axis.letter,
+            "the readings of {axis} change with the order of the runs, at {} by {:.1} {unit} from the first to the last: their mean belongs to no state of the machine, and an uncertainty from their scatter is too small",
             line.targets[most],
-            whole(most) / directions as f64 * per_unit
+            change * per_unit,
+            axis = axis.letter,
         ),
         remedy: "measure once machine and instrument are warm",
     })
