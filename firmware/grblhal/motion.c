@@ -105,12 +105,12 @@ static coord_data_t *position_of(coord_data_t *position, mpos_t *steps)
     for (size_t i = 0; i < N_AXIS; i++)
         at[i] = (float)steps->values[i] / settings.axis[i].steps_per_mm;
     bool now = memcmp(steps->values, sys.position, sizeof sys.position) == 0;
-    /* While a piece is on its way to the planner nothing may be planned, and the motors are at its start: aligning
-     * there would restart the motion after it, with corrections that have had no time. */
     /* A jog was cancelled while grblHAL waited for room for a piece, which it still plans afterwards. It asks for the
      * position before that, when the state is still that of a jog. */
     if (now && jogs && cancelled && on_its_way && plan_get_current_block() == NULL)
         memcpy(out.values, at, sizeof out.values);
+    /* While a piece is on its way to the planner nothing may be planned, and the motors are at its start: aligning
+     * there would restart the motion after it, with corrections that have had no time. */
     bool begins = on_its_way && known && !positions_set && same(at, behind);
     if (now && !begins && txa_motion_at_rest() && !(known && !positions_set && same(at, motors)))
         align(at);

@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
+use std::cmp::Ordering;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
@@ -168,80 +169,76 @@ pub fn of_readings(machine: &Machine, file: usize, line: &AxisRuns) -> Vec<Doubt
     misread.into_iter().chain(drift).chain(outlying).collect()
 }
 
-/// Of so many orders of the runs in each direction, drawn at random ...
+/// Of so many orders of the runs, drawn at random ...
 const ORDERS: usize = 5000;
-/// ... this part may look as much like a warm-up as the order in which they were made.
-const BY_CHANCE: f64 = 0.002;
+/// ... this part may look as much like a warm-up as the order in which they were made. Five cycles have 120 orders.
+const BY_CHANCE: f64 = 0.02;
 /// How quickly a machine warms up, as parts of the time of all runs; the last hardly differs from a straight line.
 const TIMES: [f64; 5] = [0.05, 0.1, 0.2, 0.5, 2.0];
 
 /// Readings that change with the order of the runs, which repeatability does not: a machine or an instrument that is warming
 /// up. What most of the scatter has in common is one number for each run (the first singular vector); its correlation with
-/// an exponential is compared with those of other orders (a permutation test).
+/// an exponential is compared with those of other orders (a permutation test). A run in each direction is one cycle, whose
+/// runs may have something in common and keep together.
 fn drift(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt> {
     let (runs, targets) = (line.columns.len(), line.targets.len());
-    let mut groups = [1.0, -1.0].map(|direction| {
+    let groups = [1.0, -1.0].map(|direction| {
         let all = (0..runs).filter(|run| line.columns[*run].direction == direction);
         all.collect::<Vec<usize>>()
     });
-    let centred = |mut values: Vec<f64>| {
-        for group in &groups {
-            let mean = group.iter().map(|run| values[*run]).sum::<f64>() / group.len() as f64;
-            group.iter().for_each(|run| values[*run] -= mean);
-        }
-        DVector::from_vec(values)
+    // The runs of each cycle; in a file of other numbers of runs, those in the direction with most.
+    let [some, others] = &groups;
+    let cycles: Vec<Vec<usize>> = match some.len().cmp(&others.len()) {
+        Ordering::Equal => some.iter().zip(others).map(|(a, b)| vec![*a, *b]).collect(),
+        Ordering::Greater => some.iter().map(|run| vec![*run]).collect(),
+        Ordering::Less => others.iter().map(|run| vec![*run]).collect(),
     };
-    let columns: Vec<DVector<f64>> = (0..targets)
-        .map(|k| centred(line.columns.iter().map(|run| run.readings[k]).collect()))
-        .collect();
-    if runs < 2 || columns.is_empty() {
+    let count = cycles.len();
+    if count < 2 || targets == 0 {
         return None;
     }
-    let scatter = DMatrix::from_columns(&columns);
+    // Cycles × their readings, less the mean of each.
+    let width = cycles[0].len() * targets;
+    let mut scatter = DMatrix::from_fn(count, width, |cycle, k| {
+        line.columns[cycles[cycle][k / targets]].readings[k % targets]
+    });
+    for mut column in scatter.column_iter_mut() {
+        let mean = column.mean();
+        column.add_scalar_mut(-mean);
+    }
     let parts = scatter.clone().svd(true, false);
     let score = parts.u?.column(parts.singular_values.imax()).into_owned();
-    // A file may have all runs in one direction first.
-    let at = |run: usize| {
-        let ranks = groups.iter().filter_map(|group| {
-            let rank = group.iter().position(|other| *other == run)?;
-            Some(rank as f64 / group.len() as f64)
-        });
-        ranks.sum::<f64>()
-    };
     let shapes = TIMES.map(|time| {
-        let whole = (0..runs).map(|run| libm::exp(-at(run) / time));
-        centred(whole.collect()).normalize()
+        let shape = DVector::from_fn(count, |cycle, _| {
+            libm::exp(-(cycle as f64) / (time * count as f64))
+        });
+        shape.add_scalar(-shape.mean()).normalize()
     });
     let is_like = |score: &DVector<f64>| {
         let alike = shapes.iter().map(|shape| shape.dot(score).abs());
         alike.fold(0.0, f64::max)
     };
-    let (found, before) = (is_like(&score), groups.clone());
+    let found = is_like(&score);
     let mut random = Pcg64Mcg::seed_from_u64(1);
-    let mut as_much = 0;
     let mut other = score.clone();
+    let mut as_much = 0;
     for _ in 0..ORDERS {
-        for (group, before) in groups.iter_mut().zip(&before) {
-            group.shuffle(&mut random);
-            for (to, from) in before.iter().zip(group.iter()) {
-                other[*to] = score[*from];
-            }
-        }
+        other.as_mut_slice().shuffle(&mut random);
         // But for rounding.
         as_much += usize::from(is_like(&other) >= found * (1.0 - 1e-9));
     }
-    if found.is_nan() || as_much as f64 > BY_CHANCE * ORDERS as f64 {
+    if as_much as f64 > BY_CHANCE * ORDERS as f64 {
         return None;
     }
-    let most = scatter.tr_mul(&score).iamax();
-    let changes = before.iter().filter_map(|group| {
-        let [first, last] = [group.first()?, group.last()?];
-        let reading = |run: &usize| line.columns[*run].readings[most];
-        Some(reading(last) - reading(first))
-    });
-    let directions = before.iter().filter(|group| !group.is_empty()).count();
-    let change = changes.sum::<f64>() / directions as f64;
-    let axis = &machine.axes[line.setup.moved];
+    let most = scatter.tr_mul(&score).iamax() % targets;
+    let reading = |run: &usize| line.columns[*run].readings[most];
+    let [first, last] = [&cycles[0], &cycles[count - 1]];
+    let changes = first
+        .iter()
+        .zip(last)
+        .map(|(first, last)| reading(last) - reading(first));
+    let change = changes.sum::<f64>() / first.len() as f64;
+    let letter = machine.axes[line.setup.moved].letter;
     let (unit, per_unit) = match line.setup.is_angular() {
         true => ("µrad", 1e6),
         false => ("µm", 1e3),
@@ -249,10 +246,9 @@ fn drift(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt> {
     Some(Doubt {
         file: Some(file),
         what: format!(
-            "the readings of {axis} change with the order of the runs, at {} by {:.1} {unit} from the first to the last: their mean belongs to no state of the machine, and an uncertainty from their scatter is too small",
+            "the readings of {letter} change with the order of the runs, at {} by {:.1} {unit} from the first to the last: their mean belongs to no state of the machine, and an uncertainty from their scatter is too small",
             line.targets[most],
-            change * per_unit,
-            axis = axis.letter,
+            change * per_unit
         ),
         remedy: "measure once machine and instrument are warm",
     })

@@ -103,9 +103,10 @@ pub struct Probed {
     pub axis: char,
     /// Smallest and largest position (mm, deg).
     pub range: [f64; 2],
-    /// Errors that repeat so that the measured positions hardly show them.
+    /// Errors that repeat so that the measured positions hardly show them; `None` in files of older versions, which do not
+    /// say.
     #[serde(default)]
-    pub hidden: Vec<Hidden>,
+    pub hidden: Option<Vec<Hidden>>,
     /// The widest stretch without a position, if it is more than a fifth of the range.
     #[serde(default)]
     pub gap: Option<[f64; 2]>,

@@ -104,9 +104,13 @@ impl WatchedSource for WatchedBoard {
         for (k, value) in report.auxiliaries.iter().enumerate() {
             let lost = match (report.sensors_lost >> k) & 1 {
                 0 => "",
-                _ => " (sensor lost, last value kept)",
+                _ => " (sensor lost: its last value, or 0 if there was none)",
             };
-            text += &format!("auxiliary {k}  {value:.3}{lost}\n");
+            let value = match value.is_nan() {
+                true => "not known yet".to_owned(),
+                false => format!("{value:.3}"),
+            };
+            text += &format!("auxiliary {k}  {value}{lost}\n");
         }
         text + &axes(&controller.axes, report)
     }

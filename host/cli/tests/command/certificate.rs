@@ -389,11 +389,12 @@ fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matte
 fn nothing_is_decided_by_a_value_that_was_measured_once() {
     let folder = Folder::new();
     let text = huron_without(&[]).replace("EYY1 = -14.3e-6", "EYY1 = -60e-6");
-    let names = ["EC0X", "E X", "E Y"];
+    let names = ["EC0X", "E X", "E Y", "B X"];
     let judged = |text: &str, found: &str, at_most: f64| {
         let errors = folder.file("errors.toml", text);
         let limits = names.map(|name| match name {
             "EC0X" => limit(name, at_most).replace("um =", "urad ="),
+            "B X" => limit(name, 9999.0),
             _ => limit(name, at_most),
         });
         let stated = format!("{STATED}{}", limits.concat());
@@ -404,25 +405,23 @@ fn nothing_is_decided_by_a_value_that_was_measured_once() {
     let decisions = |all: &[[String; 2]]| -> Vec<String> {
         all.iter().map(|[decision, _]| decision.clone()).collect()
     };
-    assert_eq!(decisions(&all(&text)), ["fail", "fail", "fail"]);
+    // No backlash of X was measured.
+    let open = "not_decided";
+    assert_eq!(decisions(&all(&text)), ["fail", "fail", "fail", open]);
     // A table of X without its uncertainty, which Y does not depend on.
-    let once =
-        "\n[tabulated.EXX]\nat = [-350.0, 0.0, 350.0]\nvalue = [0.0, 5.0, 9.0]\nunit = \"um\"\n";
+    let once = "\n[tabulated.EXX]\nat = [-350.0, 0.0, 350.0]\npositive = [0.0, 5.0, 9.0]\nnegative = [2.0, 7.0, 11.0]\nunit = \"um\"\n";
     let lines = text.lines().filter(|line| !line.starts_with("EXX1"));
     let tabulated = lines.map(|line| line.to_owned() + "\n").collect::<String>() + once;
     let found = all(&tabulated);
-    assert_eq!(
-        decisions(&found),
-        ["fail", "not_decided", "fail"],
-        "{found:?}"
-    );
-    assert_eq!(found[1][1], "EXX has no uncertainty, as from a single run");
+    assert_eq!(decisions(&found), ["fail", open, "fail", open], "{found:?}");
+    for of_x in [1, 3] {
+        assert_eq!(
+            found[of_x][1],
+            "EXX has no uncertainty, as from a single run"
+        );
+    }
     let found = all(&text.replace("EYY1 = 6.4e-6\n", ""));
-    assert_eq!(
-        decisions(&found),
-        ["fail", "fail", "not_decided"],
-        "{found:?}"
-    );
+    assert_eq!(decisions(&found), ["fail", "fail", open, open], "{found:?}");
     assert_eq!(found[2][1], "EYY1 has no uncertainty");
     // A squareness from a corner of the travel is a yaw there, too.
     let corner = "\"probed\": [{ \"axis\": \"X\", \"range\": [5.0, 105.0] }]";
@@ -470,6 +469,12 @@ fn nothing_passes_where_positions_hide_what_repeats_between_them() {
         all[1][1].contains("hardly show at the measured positions: measure at others"),
         "{all:?}"
     );
+    // An identification of an older version does not say what is hidden.
+    let older = r#""probed": [{ "axis": "Y", "range": [-350.0, 350.0], "step": 50.0 }]"#;
+    let older = identified("").map(|text| text.replace("\"probed\": []", older));
+    let stated = format!("{STATED}{LENGTH}{limits}");
+    let (_, all, _) = decided(&folder, &errors, &stated, older, &[]);
+    assert!(all[2][1].contains("of an older version"), "{all:?}");
     // Stated, they widen the interval.
     let all = judged("periodic_um = 2.0\n");
     assert!(

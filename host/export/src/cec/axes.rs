@@ -150,11 +150,12 @@ impl NamedAxes {
 pub fn is_name(name: &str) -> bool {
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let is_word = name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(is_part);
-    let number = name
-        .get(2..)
-        .filter(|_| name.to_ascii_uppercase().starts_with("AX"));
-    let number = number.and_then(|digits| digits.parse::<u32>().ok());
-    is_word && number.is_none_or(|number| (1..=MOST_AXES).contains(&number))
+    let upper = name.to_ascii_uppercase();
+    let number = upper
+        .strip_prefix("AX")
+        .filter(|rest| rest.bytes().all(|b| b.is_ascii_digit()));
+    let is_one = |number: &str| (1..=MOST_AXES).any(|axis| axis.to_string() == number);
+    is_word && number.is_none_or(is_one)
 }
 
 /// An axis that is not in the map.
@@ -199,6 +200,8 @@ mod tests {
             ("X=1", "`1` is not a name"),
             ("X=AX31,Y=AX32", "`AX32` is not a name"),
             ("X=AX0", "`AX0` is not a name"),
+            ("X=AX01", "`AX01` is not a name"),
+            ("X=AX99999999999", "`AX99999999999` is not a name"),
             ("X=AX1,Y=ax1", "`AX1` is given twice"),
             ("", "`` is not an axis"),
         ] {

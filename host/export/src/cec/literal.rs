@@ -1,4 +1,5 @@
-//! Recognizes compensations that already follow the rules, such as imported ones; they are written unchanged.
+//! Recognizes compensations that already follow the rules, such as imported ones; they are written as they are, with their weights in
+//! their values.
 
 use super::spacing::Spacing;
 use super::{CecTable, FactorTables, TravelDirection};

@@ -14,10 +14,9 @@ const SAME_POINT: f64 = 1e-3;
 /// A direction may: 1 µm over a metre.
 const SAME_DIRECTION: f64 = 1e-6;
 
-/// The errors as an error file, and the names of those that it does not have because they move only the datum. Locations of
-/// rotary axes become parameters; an angle of a linear axis becomes the slope of its straightness, because it turns no more
-/// than the direction of this axis. The control has errors in the coordinates of the machine, the error file in those of
-/// the axis.
+/// The errors as an error file, and notes about what it does not have. Locations of rotary axes become parameters; an angle
+/// of a linear axis becomes the slope of its straightness, because it turns no more than the direction of this axis. The
+/// control has errors in the coordinates of the machine, the error file in those of the axis.
 ///
 /// # Errors
 /// [`FileError`] for parameters that the machine does not have.
@@ -39,6 +38,7 @@ pub fn imported(
         is_of_machine(table, &machine.axes[axis])?;
     }
     let mut located: Vec<Error> = vec![[0.0; 6]; machine.axes.len()];
+    let mut is_sloped = vec![false; machine.axes.len()];
     let (mut count, mut left_out) = (parameters.tables.len(), Vec::new());
     for (name, value, span) in &parameters.constants {
         let Some((component, index)) = location(name, machine) else {
@@ -78,6 +78,7 @@ pub fn imported(
             continue;
         }
         count += 1;
+        is_sloped[index] |= slope.norm() > 0.0;
         let [x, y, z] = slope.into();
         motions[index].add(&AxisErrors {
             at: axis.travel.to_vec(),
@@ -93,14 +94,36 @@ pub fn imported(
             "A0C is the inclination of C about X, EXY a motion over the position of Y",
         ));
     }
+    let mut notes = Vec::new();
+    if !left_out.is_empty() {
+        let left_out = left_out.join(", ");
+        notes.push(format!(
+            "not imported, because it moves only the datum: {left_out}"
+        ));
+    }
+    let mut calibrated = String::new();
+    for (index, axis) in machine.axes.iter().enumerate() {
+        let [from, to] = axis.travel;
+        let Some([low, high]) = covered(parameters, machine, index)? else {
+            continue;
+        };
+        if axis.modulo || low <= from && high >= to {
+            continue;
+        }
+        let letter = axis.letter;
+        notes.push(format!(
+            "tables of {letter} end at {low} and {high}: beyond, their end values are held"
+        ));
+        // Held motions are without slope, which a squareness keeps over the whole travel. An error file has ranges from 1 mm.
+        let [low, high] = [low.max(from), high.min(to)];
+        if !is_sloped[index] && high - low >= 1.0 {
+            let _ = writeln!(calibrated, "{letter} = [{low:?}, {high:?}]");
+        }
+    }
     let name = toml::Value::from(machine.name.as_str());
     let mut text = format!("machine = {name}\n");
-    if !left_out.is_empty() {
-        let _ = writeln!(
-            text,
-            "# Not imported, because it moves only the datum: {}.",
-            left_out.join(", ")
-        );
+    for note in &notes {
+        let _ = writeln!(text, "# {note}");
     }
     text += "# Squareness is in the slopes of straightness.\nslopes_beside_squareness = true\n";
     let mut parameters = String::new();
@@ -136,7 +159,27 @@ pub fn imported(
             }
         }
     }
-    Ok((text, left_out))
+    if !calibrated.is_empty() {
+        let _ = write!(text, "\n[calibrated]\n{calibrated}");
+    }
+    Ok((text, notes))
+}
+
+/// The part of an axis' travel (mm, deg) that all its tables cover; one row is a constant.
+fn covered(
+    parameters: &IsgParameters,
+    machine: &Machine,
+    index: usize,
+) -> Result<Option<[f64; 2]>, FileError> {
+    let mut covered: Option<[f64; 2]> = None;
+    for table in parameters.tables.iter().filter(|table| table.at.len() > 1) {
+        if table.motion(machine)?.1 == index {
+            let [low, high] = covered.unwrap_or([f64::MIN, f64::MAX]);
+            let (first, last) = (table.at[0], table.at[table.at.len() - 1]);
+            covered = Some([low.max(first), high.min(last)]);
+        }
+    }
+    Ok(covered)
 }
 
 /// A parameter of the control's model: what it is by the machine file, if this has it, and how much it may differ from that.
@@ -215,7 +258,7 @@ fn location(name: &str, machine: &Machine) -> Option<(usize, usize)> {
     component.zip(machine.index(axis))
 }
 
-/// Without what is only rounding: 1 fm, or 1 fm over a metre.
+/// Without what is only rounding: 1 fm, or 1 pm over a metre.
 fn rounded(value: f64) -> f64 {
     (value * 1e12).round() / 1e12 + 0.0
 }

@@ -108,9 +108,12 @@ impl<'a> Grounds<'a> {
         };
         let machine = self.subject.machine;
         let axis = &machine.axes[machine.index(parameter.axis)?];
-        let whole = match axis.modulo {
-            true => 360.0,
-            false => axis.travel[1] - axis.travel[0],
+        let travel = axis.travel[1] - axis.travel[0];
+        // A turn is all that there is of a location.
+        let whole = match axis.letter.is_rotary() {
+            true if axis.modulo => 360.0,
+            true => travel.min(360.0),
+            false => travel,
         };
         let identification = self.report.identification.as_ref()?;
         let mut probed = identification.probed.iter();
@@ -140,15 +143,18 @@ impl<'a> Grounds<'a> {
         });
         exact.find_map(|(index, component, _)| {
             let axis = machine.axes.get(index)?.letter.char();
-            let kind = ParameterKind::Degree(1);
-            let motion = Parameter {
-                component,
-                axis,
-                kind,
-            };
-            let name = motion.to_string();
-            matters(self.subject, motion, quantity)
-                .then(|| format!("{} has no uncertainty, as from a single run", &name[..3]))
+            // A slope has no reversal.
+            let kinds = [ParameterKind::Degree(1), ParameterKind::Backlash];
+            let mut motions = kinds
+                .map(|kind| Parameter {
+                    component,
+                    axis,
+                    kind,
+                })
+                .into_iter();
+            let motion = motions.find(|motion| matters(self.subject, *motion, quantity))?;
+            let name = &motion.to_string()[..3];
+            Some(format!("{name} has no uncertainty, as from a single run"))
         })
     }
 
@@ -236,7 +242,13 @@ impl<'a> Grounds<'a> {
                     matters(self.subject, motion, quantity)
                 })
             };
-            let mut hidden = probed.hidden.iter();
+            let Some(hidden) = &probed.hidden else {
+                return Some(
+                    "the identification is of an older version, which does not say what positions hide: run `identify` again"
+                        .to_owned(),
+                );
+            };
+            let mut hidden = hidden.iter();
             let hidden = hidden.find(|hidden| hidden.motions.iter().any(changes))?;
             Some(format!(
                 "{}: measure at others, or state their size as periodic_um under [uncertainty]",

@@ -17,7 +17,7 @@ const LONGEST: [f64; 2] = [40.0, 10.0];
 const SHOWS: f64 = 1.0 / 9.0;
 /// Number of periods that are named.
 const NAMED: usize = 4;
-/// Positions that are looked at: if these show a sinusoid, all do.
+/// Positions that are looked at: more show as much.
 const MOST: usize = 300;
 /// A stretch without positions is named if it is more than this part of the range.
 const WIDE: f64 = 0.2;
@@ -32,7 +32,7 @@ impl Probed {
             Self {
                 axis: axis.letter.char(),
                 range: extremes(at.iter().copied()),
-                hidden: hidden(found, index),
+                hidden: Some(hidden(found, index)),
                 gap: widest_gap(&at),
             }
         };
@@ -42,7 +42,8 @@ impl Probed {
     /// What errors that vary quickly along the axis can hide behind.
     #[must_use]
     pub fn blind_to(&self) -> Vec<String> {
-        let hidden = self.hidden.iter().map(|hidden| hidden.sentence(self.axis));
+        let hidden = self.hidden.iter().flatten();
+        let hidden = hidden.map(|hidden| hidden.sentence(self.axis));
         let gap = self.gap.map(|gap| {
             let [from, to] = gap.map(|x| format!("{}", (x * 1e3).round() / 1e3).replace('-', "−"));
             let (axis, unit) = (self.axis, unit(self.axis));

@@ -39,17 +39,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         false => IsgParameters::read_csv(&text.text),
     };
     let errors = parameters.and_then(|parameters| isg::imported(&parameters, &machine));
-    let (errors, left_out) = errors.map_err(|error| text.bad(error))?;
+    let (errors, notes) = errors.map_err(|error| text.bad(error))?;
     files::write(output, errors.as_bytes())?;
     let count = errors.matches("[tabulated.").count();
-    let left_out = match left_out.is_empty() {
-        true => String::new(),
-        false => format!(
-            "not imported, because it moves only the datum: {}\n",
-            left_out.join(", ")
-        ),
-    };
+    let notes: String = notes.iter().map(|note| format!("{note}\n")).collect();
     let shown = output.display();
-    files::print(&format!("{shown}: {count} error motions\n{left_out}"))?;
+    files::print(&format!("{shown}: {count} error motions\n{notes}"))?;
     Ok(Outcome::Done)
 }
