@@ -1028,8 +1028,8 @@ trueaxis_result trueaxis_tables_load_generated(struct trueaxis_tables *tables,
 
 /*
  Writes the reason why the last blob was refused, with the value found and the value required: at most `size` bytes
- including the terminating zero. Returns the length of the whole text without the zero; 0 if nothing was refused.
- `text` may be null if `size` is 0.
+ including the terminating zero. Returns the length of the whole text without the zero; 0 if nothing was refused, and
+ while tables are loaded. `text` may be null if `size` is 0.
 
  # Safety
  `text` has room for `size` bytes.

@@ -176,8 +176,8 @@ pub unsafe extern "C" fn trueaxis_tables_load_generated(
 }
 
 /// Writes the reason why the last blob was refused, with the value found and the value required: at most `size` bytes
-/// including the terminating zero. Returns the length of the whole text without the zero; 0 if nothing was refused.
-/// `text` may be null if `size` is 0.
+/// including the terminating zero. Returns the length of the whole text without the zero; 0 if nothing was refused, and
+/// while tables are loaded. `text` may be null if `size` is 0.
 ///
 /// # Safety
 /// `text` has room for `size` bytes.
