@@ -64,17 +64,15 @@ impl Hidden {
             6 => format!("errors of {axis}"),
             _ => format!("errors {} of {axis}", self.motions.join(", ")),
         };
-        let mut periods = self.periods.iter().map(|p| significant(*p));
-        let longest = periods.next().unwrap_or_default();
-        let others: Vec<String> = periods.collect();
-        let others = match others.is_empty() {
-            true => String::new(),
-            false => format!(" (or {})", others.join(", ")),
-        };
         let unit = unit(axis);
-        format!(
-            "{whose} that repeat every {longest}{unit}{others} hardly show at the measured positions"
-        )
+        let periods: Vec<String> = self.periods.iter().map(|p| significant(*p)).collect();
+        let every = match &periods[..] {
+            [longest, others @ ..] if !others.is_empty() => {
+                format!("{longest}{unit} (or {})", others.join(", "))
+            }
+            all => format!("{}{unit}", all.concat()),
+        };
+        format!("{whose} that repeat every {every} hardly show at the measured positions")
     }
 }
 
@@ -165,8 +163,8 @@ fn positions(found: &StudyOutcome<'_>, index: usize) -> Vec<f64> {
 /// The longest periods of sinusoids that positions hardly show, whatever their phase: of their square, the mean over all phases
 /// is 1 − |R|², with R the mean of exp(2πi·x/period).
 fn hidden_periods(at: &[f64], longest: f64) -> Vec<f64> {
-    /// Between neighbouring frequencies, phases change by this (rad) along the range. What is hidden at one is hidden 1.2 rad
-    /// beside it.
+    /// Between neighbouring frequencies, phases change by this (rad) along the range. On a grid, what is hidden stays hidden
+    /// up to a change of 1.2 rad, so no hidden period is stepped over.
     const STEP: f64 = 0.3;
     /// Fractions of its multiples are spread evenly, and on no grid.
     const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -191,7 +189,7 @@ fn hidden_periods(at: &[f64], longest: f64) -> Vec<f64> {
         1.0 - (cosines * cosines + sines * sines) / (count * count)
     };
     let step = STEP / std::f64::consts::TAU / range;
-    // What is as long as SHORTEST shows as little at positions just beside it.
+    // Not as far as SHORTEST itself: what repeats within it, as on a grid of whole mm, would still be hidden there.
     let (first, last) = (1.0 / longest, 1.0 / SHORTEST - 1.0 / range);
     let mut found = Vec::new();
     let [mut before, mut here] = [first - step, first].map(shows);
