@@ -69,16 +69,35 @@ pub struct Joint {
 /// The part with everything switched off, and all parts of first order. For temperatures also their squares, which
 /// are of second order but large on machines that become warm.
 pub fn first_order(sampler: &Sampler<'_>) -> Result<Vec<Component>, NotConverged> {
-    let sets = first(sampler);
-    let with_temperature = |on: &u32| {
-        let mut variables = sampler.variables.iter().enumerate();
-        variables.any(|(v, x)| on >> v & 1 == 1 && matches!(x.kind, Kind::Kelvin(_)))
-    };
-    let squares: Vec<u32> = sets.iter().copied().filter(with_temperature).collect();
-    let all = std::iter::once(0).chain(sets).map(|on| (on, false));
-    all.chain(squares.into_iter().map(|on| (on, true)))
-        .map(|(on, even)| component(sampler, on, even))
-        .collect()
+    let is_temperature = |v: &usize| matches!(sampler.variables[*v].kind, Kind::Kelvin(_));
+    let mut components: Vec<Component> = Vec::new();
+    let mut squares: Vec<Component> = Vec::new();
+    for on in std::iter::once(0).chain(first(sampler)) {
+        let (new, mean) = component(sampler, on)?;
+        let temperature = new.odd.iter().copied().find(is_temperature);
+        // At the reference temperature, only the other switches add something. Their part has the same nodes.
+        let others = temperature.map(|v| on & !(1 << v));
+        if let Some(middle) = components.iter().find(|c| Some(c.on) == others) {
+            let values = mean.iter().zip(&middle.values);
+            squares.push(Component {
+                values: values
+                    .map(|(a, b)| std::array::from_fn(|i| a[i] - b[i]))
+                    .collect(),
+                even: true,
+                ..new.clone()
+            });
+        }
+        components.push(new);
+    }
+    // The zero offset belongs to the constant of the part without switches.
+    let constant = components[0].nodes();
+    for value in &mut components[0].values[..constant] {
+        for (v, zero) in value.iter_mut().zip(&sampler.zero) {
+            *v -= zero;
+        }
+    }
+    components.extend(squares);
+    Ok(components)
 }
 
 /// The sets of switches that add a first-order part together: each alone; the motions of an axis with its direction
@@ -138,19 +157,19 @@ pub(crate) fn second_order(
         if let Some(known) = sampled().get(&on) {
             return Ok(known.clone());
         }
-        let new = component(sampler, on, false)?;
+        let (new, _) = component(sampler, on)?;
         sampled().insert(on, new.clone());
         Ok(new)
     };
     affordable.map(of).collect()
 }
 
-/// Samples the joint effect of the switches in `on`, or the square of the only temperature among them.
-fn component(sampler: &Sampler<'_>, on: u32, even: bool) -> Result<Component, NotConverged> {
+/// Samples the joint effect of the switches in `on`. Also returns the mean of both ends of its odd variables.
+fn component(sampler: &Sampler<'_>, on: u32) -> Result<(Component, Vec<PerAxis>), NotConverged> {
     let mut component = sampler.component(on, &counts(sampler, on));
-    component.even = even;
-    sampler.fill(&mut component)?;
-    Ok(component)
+    let [values, mean] = sampler.values(&component)?;
+    component.values = values;
+    Ok((component, mean))
 }
 
 /// The number of nodes of each variable with the switches in `on`.

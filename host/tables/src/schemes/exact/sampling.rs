@@ -237,7 +237,12 @@ impl Sampler<'_> {
         // If an odd variable is switched off, both of its ends are equal and cancel.
         let odd = component.odd.iter().fold(0, |odd, v| odd | 1 << v);
         let added = |at: &VariableValues| self.added_with(at, component.on, odd);
-        let mut sum = self.odd_part(component, levers, place, added)?;
+        let place = self.place(component, levers, place);
+        let [mut sum, mean] = self.parts(component, place, added)?;
+        if component.even {
+            let middle = added(&place)?;
+            sum = std::array::from_fn(|i| mean[i] - middle[i]);
+        }
         // The zero offset belongs only to the part without switches.
         if component.on == 0 {
             for (s, z) in sum.iter_mut().zip(&self.zero) {
@@ -276,8 +281,8 @@ impl Sampler<'_> {
         Ok(coefficients)
     }
 
-    /// Fills the values of a component.
-    pub fn fill(&self, component: &mut Component) -> Result<(), NotConverged> {
+    /// The values of a component, and their means over both ends of its odd variables.
+    pub fn values(&self, component: &Component) -> Result<[Vec<PerAxis>; 2], NotConverged> {
         let shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
         let nodes: usize = shape.iter().product();
         // The monomials share the points of their stencils.
@@ -302,7 +307,7 @@ impl Sampler<'_> {
                 points.iter().map(weight).collect()
             })
             .collect();
-        let mut rows = vec![PerAxis::default(); nodes * points.len()];
+        let mut rows = vec![[PerAxis::default(); 2]; nodes * points.len()];
         let mut subset = component.on;
         loop {
             self.take_in(component, subset, &points, &mut rows)?;
@@ -311,26 +316,20 @@ impl Sampler<'_> {
             }
             subset = (subset - 1) & component.on;
         }
-        // The zero offset belongs only to the part without switches.
-        if component.on == 0 {
-            for row in &mut rows {
-                for (value, z) in row.iter_mut().zip(&self.zero) {
-                    *value -= z;
-                }
-            }
-        }
-        let mut values = vec![PerAxis::default(); nodes * weights.len()];
-        for (weights, values) in weights.iter().zip(values.chunks_mut(nodes)) {
-            for (value, row) in values.iter_mut().zip(rows.chunks(weights.len())) {
-                for (weight, at) in weights.iter().zip(row) {
-                    for (v, a) in value.iter_mut().zip(at) {
-                        *v += weight * a;
+        let of = |part: usize| {
+            let mut values = vec![PerAxis::default(); nodes * weights.len()];
+            for (weights, values) in weights.iter().zip(values.chunks_mut(nodes)) {
+                for (value, row) in values.iter_mut().zip(rows.chunks(weights.len())) {
+                    for (weight, at) in weights.iter().zip(row) {
+                        for (v, a) in value.iter_mut().zip(at[part]) {
+                            *v += weight * a;
+                        }
                     }
                 }
             }
-        }
-        component.values = values;
-        Ok(())
+            values
+        };
+        Ok([of(0), of(1)])
     }
 }
 
@@ -342,7 +341,7 @@ impl Sampler<'_> {
         component: &Component,
         subset: u32,
         points: &[Levers],
-        rows: &mut [PerAxis],
+        rows: &mut [[PerAxis; 2]],
     ) -> Result<(), NotConverged> {
         let has = |v: usize| subset >> v & 1 == 1;
         if component.odd.iter().any(|v| !has(*v)) {
@@ -365,17 +364,16 @@ impl Sampler<'_> {
             }
         }
         let nodes = Vec::from_iter(0..few.nodes());
-        let sampled: Vec<Vec<PerAxis>> = parallel::try_map(&nodes, |node| {
-            let place = few.place(*node);
-            points
-                .iter()
-                .map(|levers| self.odd_part(&few, levers, &place, |at| self.exact(at, subset)))
+        let sampled: Vec<Vec<[PerAxis; 2]>> = parallel::try_map(&nodes, |node| {
+            let rich = few.place(*node);
+            let at = points.iter().map(|levers| self.place(&few, levers, &rich));
+            at.map(|place| self.parts(&few, place, |at| self.exact(at, subset)))
                 .collect::<Result<_, NotConverged>>()
         })?;
         for (node, row) in rows.chunks_mut(points.len()).enumerate() {
             for (from, weight) in few.around(component, node) {
                 for (value, sample) in row.iter_mut().zip(&sampled[from]) {
-                    for (v, s) in value.iter_mut().zip(sample) {
+                    for (v, s) in value.iter_mut().flatten().zip(sample.iter().flatten()) {
                         *v += sign * weight * s;
                     }
                 }
@@ -384,46 +382,43 @@ impl Sampler<'_> {
         Ok(())
     }
 
-    /// The factor of the odd variables' ξ in a function, with the levers at the given ξ (the others at 0) and the
-    /// rich variables at `place`.
-    fn odd_part(
+    /// A place of the rich variables, with the levers at the given ξ and the others at 0.
+    fn place(
         &self,
         component: &Component,
         levers: &[(usize, f64)],
-        place: &VariableValues,
-        function: impl Fn(&VariableValues) -> Result<PerAxis, NotConverged>,
-    ) -> Result<PerAxis, NotConverged> {
-        let mut place = *place;
-        for &v in component.monomials.iter().flatten() {
-            place[v] = self.variables[v].at_coordinate(0.0);
-        }
-        for &(v, xi) in levers {
+        rich: &VariableValues,
+    ) -> VariableValues {
+        let mut place = *rich;
+        let of_levers = component.monomials.iter().flatten();
+        let middles = of_levers.chain(&component.odd).map(|v| (*v, 0.0));
+        for (v, xi) in middles.chain(levers.iter().copied()) {
             place[v] = self.variables[v].at_coordinate(xi);
         }
-        let mut sum = PerAxis::default();
-        // Both ends of every odd variable, with the sign of their product; for the square both with the same sign,
-        // minus the middle.
+        place
+    }
+
+    /// The factor of the odd variables' ξ in a function, and its mean over both ends of every odd variable.
+    fn parts(
+        &self,
+        component: &Component,
+        mut place: VariableValues,
+        function: impl Fn(&VariableValues) -> Result<PerAxis, NotConverged>,
+    ) -> Result<[PerAxis; 2], NotConverged> {
+        let mut parts = [PerAxis::default(); 2];
         for corner in 0..1_u32 << component.odd.len() {
-            let mut weight = 1.0;
+            let (mut sign, mut share) = (1.0, 1.0);
             for (k, &v) in component.odd.iter().enumerate() {
                 let end = if corner >> k & 1 == 1 { 1.0 } else { -1.0 };
                 place[v] = self.variables[v].at_coordinate(end);
-                weight *= 0.5 * if component.even { 1.0 } else { end };
+                (sign, share) = (sign * end, 0.5 * share);
             }
-            let value = function(&place)?;
-            for (s, v) in sum.iter_mut().zip(value) {
-                *s += weight * v;
-            }
-        }
-        if component.even {
-            for &v in &component.odd {
-                place[v] = self.variables[v].at_coordinate(0.0);
-            }
-            for (s, v) in sum.iter_mut().zip(function(&place)?) {
-                *s -= v;
+            for (i, value) in function(&place)?.into_iter().enumerate() {
+                parts[0][i] += sign * share * value;
+                parts[1][i] += share * value;
             }
         }
-        Ok(sum)
+        Ok(parts)
     }
 }
 

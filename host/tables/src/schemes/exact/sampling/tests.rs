@@ -9,11 +9,15 @@ const RICH: &str = "[parameters]\nEYX2 = 2e-7\nECX1 = 1e-6\nEAY3 = 1e-12\nEXYb =
 #[test]
 fn what_is_filled_in_is_what_is_sampled_one_by_one() {
     let machine = with_rotary(&[('A', [-60.0, 60.0]), ('C', [-180.0, 180.0])]);
-    let errors = errors(&machine, RICH);
+    let change = "per_kelvin = 1e-8, sensor = \"bed\", reference_celsius = 20.0";
+    let warm = format!("{RICH}[thermal]\nEYX2 = {{ {change} }}\nEC0A = {{ {change} }}\n");
+    let errors = errors(&machine, &warm);
     let kinematics = Kinematics::new(&machine, &errors);
     let variables = variables(&kinematics, 1e-6);
-    let sampler = Sampler::new(&kinematics, variables.clone(), PerAxis::default());
+    let zero = [1e-3, -2e-3, 3e-3, 1e-5, -2e-5, 0.0];
+    let sampler = Sampler::new(&kinematics, variables.clone(), zero);
     let mut components = first_order(&sampler).unwrap();
+    assert_eq!(components.iter().filter(|c| c.even).count(), 2);
     components
         .extend(second_order(&sampler, &Joint::default(), &[1e-6; MAX_AXES], 600_000).unwrap());
     assert!(components.len() > 6);
