@@ -129,7 +129,7 @@ impl Output {
 
     /// The smallest limit that all factors of the axis can keep (mm, deg).
     pub(crate) fn least_limit(&self, tables: FactorTables) -> f64 {
-        let groups = self.groups(tables);
+        let groups = self.groups();
         let limits = groups.iter().map(|group| group.least_limit(tables));
         limits.fold(0.0, f64::max)
     }
@@ -144,7 +144,7 @@ impl Output {
         tables: &mut Vec<CecTable>,
     ) {
         let mut products = Vec::new();
-        for group in self.groups(factors.tables) {
+        for group in self.groups() {
             products.extend(self.scaled(group, factors));
         }
         self.settle_constant(output, travel);
@@ -158,7 +158,7 @@ impl Output {
     }
 
     /// Products grouped by the factor that they share.
-    fn groups(&self, tables: FactorTables) -> Vec<FactorGroup> {
+    fn groups(&self) -> Vec<FactorGroup> {
         let mut uses: BTreeMap<Origin, usize> = BTreeMap::new();
         for (one, other, _) in &self.products {
             for function in [one, other] {
@@ -168,11 +168,11 @@ impl Output {
         let mut groups: Vec<FactorGroup> = Vec::new();
         for (one, other, weight) in &self.products {
             let of = |f: &AxisFunction| (uses[&f.origin], std::cmp::Reverse(f.spacing.points));
-            // Only a factor that holds in both directions may be added and subtracted again by the other one.
+            // Whether a factor counts against its own direction is not documented: it holds in both, if one of them does.
             let is_one_way = |f: &AxisFunction| f.travel != TravelDirection::Both;
-            let turned = match tables {
-                FactorTables::Added if is_one_way(one) != is_one_way(other) => is_one_way(other),
-                _ => of(other) > of(one),
+            let turned = match is_one_way(one) == is_one_way(other) {
+                true => of(other) > of(one),
+                false => is_one_way(one),
             };
             let (named, by) = if turned { (other, one) } else { (one, other) };
             let column = DraftTable::new(by, *weight);

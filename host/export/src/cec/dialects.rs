@@ -394,6 +394,23 @@ fn what_is_hardly_meant_is_warned_of_at_its_line() {
 }
 
 #[test]
+fn a_factor_with_a_direction_is_warned_of_at_its_line_and_a_multiplier_is_not() {
+    for (index, warned) in [(0, false), (1, true)] {
+        let direction = format!("$AN_CEC_DIRECTION[{index}]=1");
+        let values = ["0.001", "0.002", "0.003"];
+        let mut more = [vec!["$AN_CEC_MULT_BY_TABLE[0]=2"], vec![]];
+        more[index].push(&direction);
+        let text = file(&(table(0, &values, &more[0]) + &table(1, &values, &more[1])));
+        let said = said(&text);
+        assert_eq!(said.len(), usize::from(warned), "{said:?}");
+        if let [(line, message)] = &said[..] {
+            assert!(message.contains("DIRECTION"), "{message}");
+            assert!(text.lines().nth(line - 1).unwrap().contains(&direction));
+        }
+    }
+}
+
+#[test]
 fn a_rounded_step_is_warned_of_at_its_line() {
     // A third of 100 mm.
     let values = ["0", "0.001", "0.002", "0.003"];

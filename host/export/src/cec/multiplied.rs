@@ -3,7 +3,7 @@
 use super::raw::Raw;
 use super::reading::{LengthUnit, ReadOptions};
 use super::variable::Setting;
-use super::{CecTable, FactorTables};
+use super::{CecTable, FactorTables, TravelDirection, named};
 use trueaxis_model::source::FileError;
 
 const WEIGHT: (&str, &str) = (
@@ -56,4 +56,20 @@ pub(crate) fn check_products(
         return Err(FileError::here(span, message, remedy));
     }
     Ok(())
+}
+
+/// Warns of factors with a direction of their own.
+pub(crate) fn doubts(tables: &[CecTable], raw: &[&Raw<'_>], doubts: &mut Vec<FileError>) {
+    let named = named(tables);
+    let one_way = |index: &usize| tables[*index].travel != TravelDirection::Both;
+    for index in (0..tables.len()).filter(|i| named[*i]).filter(one_way) {
+        let direction = raw[index].settings.get(&Setting::Direction);
+        let span = direction.map_or(&raw[index].span, |(_, span)| span).clone();
+        doubts.push(FileError::here(
+            span,
+            "the factor of a product has a DIRECTION",
+            "whether it counts in the other direction is not documented, and here it does not: give the direction to the table \
+             that it multiplies",
+        ));
+    }
 }

@@ -3,7 +3,7 @@
 use super::CecTable;
 use super::axes::unknown_axis;
 use super::limit::{CorrectionLimit, Limited};
-use super::multiplied::check_products;
+use super::multiplied::{self, check_products};
 use super::plausibility;
 use super::raw::{HIGHEST, Raw, RawText};
 use super::reading::{LengthUnit, ReadOptions};
@@ -222,6 +222,7 @@ impl<'t> CecReader<'t, '_> {
             ));
         }
         check_products(&tables, &raw, reading, units)?;
+        multiplied::doubts(&tables, &raw, &mut doubts);
         plausibility::doubts(&tables, &raw, reading.axes, &mut doubts);
         let is_length = |limit: &&mut CorrectionLimit| {
             limit.limited == Limited::Sum && !reading.axes.is_rotary(limit.axis)

@@ -70,6 +70,24 @@ fn products_with_directions_round_trip_under_both_readings() {
 }
 
 #[test]
+fn a_factor_holds_in_both_directions_where_one_of_two_does() {
+    // Whichever is written first, and whichever more products share.
+    let terms = vec![
+        term(0, 1.0, &[4, 2]),
+        term(0, 1.0, &[1, 4]),
+        term(0, 1.0, &[3, 4]),
+    ];
+    let blob = with(tables(), terms).encode().unwrap();
+    for factor_tables in BOTH {
+        let (plan, _) = written(&blob, &options(factor_tables)).unwrap();
+        let factors = plan.tables.iter().filter_map(|t| t.times);
+        for factor in factors {
+            assert_eq!(plan.tables[factor].travel, TravelDirection::Both);
+        }
+    }
+}
+
+#[test]
 fn a_factor_is_copied_for_each_axis_and_shared_by_products_of_one() {
     let draft = with(
         tables(),
