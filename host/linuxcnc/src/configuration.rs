@@ -137,10 +137,7 @@ impl Configuration {
         let joints = self.axes().into_iter().filter(|j| j.letter == letter);
         let joints = joints.map(|joint| (joint, self.compensates(joint.number)));
         let joints: Vec<(JointAxis, Option<&IniEntry>)> = joints.collect();
-        let kind = |joint: JointAxis| {
-            let kind = self.of_joint(joint.number, "COMP_FILE_TYPE");
-            kind.map_or("0", |entry| entry.value.as_str())
-        };
+        let kind = |joint: JointAxis| self.number(joint.number, "COMP_FILE_TYPE").unwrap_or(0.0);
         let is_same = |pair: &[(JointAxis, Option<&IniEntry>)]| match (pair[0], pair[1]) {
             ((_, None), (_, None)) => true,
             ((a, Some(of_a)), (b, Some(of_b))) => {
@@ -191,14 +188,13 @@ impl Configuration {
             .max_by(|a, b| (inwards * a.0).total_cmp(&(inwards * b.0)))
     }
 
-    /// Whether a rotary axis turns without end: it has no limits, or so far apart that they are none, or `WRAPPED_ROTARY`.
+    /// Whether a rotary axis turns without end: it has no limits, or so far apart that they are none. `WRAPPED_ROTARY` does
+    /// not count: LinuxCNC does not go past limits with it either.
     #[must_use]
     pub(crate) fn is_endless(&self, joint: JointAxis) -> bool {
         let limit = |key| self.limit(joint, key).map(|(value, _)| value);
         let travel = limit("MAX_LIMIT").zip(limit("MIN_LIMIT"));
-        let wrapped = self.of_axis(joint, "WRAPPED_ROTARY");
-        let is_wrapped = wrapped.is_some_and(|entry| is_true(&entry.value));
-        joint.is_rotary() && (is_wrapped || travel.is_none_or(|(high, low)| high - low > ENDLESS))
+        joint.is_rotary() && travel.is_none_or(|(high, low)| high - low > ENDLESS)
     }
 
     /// The word for the linear unit of the machine, as the component reads it.
@@ -215,10 +211,7 @@ impl Configuration {
     #[must_use]
     pub fn in_degrees(&self) -> bool {
         let entry = self.ini.get("TRAJ", "ANGULAR_UNITS");
-        entry.is_none_or(|entry| {
-            let value = entry.value.to_ascii_lowercase();
-            value.starts_with("deg") || value.parse() == Ok(1.0)
-        })
+        entry.is_none_or(|entry| is_degree(&entry.value))
     }
 
     /// Size of a joint's unit in mm or degrees.
@@ -238,7 +231,7 @@ const ENDLESS: f64 = 1080.0;
 
 /// Size of a linear unit in mm: a word, or a number of units per mm.
 #[must_use]
-fn millimetres(unit: &str) -> Option<f64> {
+pub(crate) fn millimetres(unit: &str) -> Option<f64> {
     let per_mm = unit.parse::<f64>().ok().filter(|value| *value > 0.0);
     // Written with four digits or more.
     let is = |mm: &f64| per_mm.is_some_and(|value| (value * mm - 1.0).abs() < 1e-4);
@@ -255,12 +248,11 @@ pub(crate) fn word(unit: &str) -> Option<f64> {
     }
 }
 
-/// Whether LinuxCNC and its screens take a value for true.
+/// Whether an angular unit is the degree.
 #[must_use]
-pub(crate) fn is_true(value: &str) -> bool {
-    let word = value.split_whitespace().next().unwrap_or("");
-    let is_number = word.parse::<f64>().is_ok_and(|value| value != 0.0);
-    is_number || ["true", "yes", "on"].contains(&word.to_ascii_lowercase().as_str())
+pub(crate) fn is_degree(unit: &str) -> bool {
+    let unit = unit.to_ascii_lowercase();
+    matches!(unit.as_str(), "deg" | "degree") || unit.parse() == Ok(1.0)
 }
 
 /// `[EMC]VERSION` of the files that LinuxCNC reads as they are, since 2.8; its script compares the text.

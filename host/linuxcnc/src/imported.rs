@@ -142,19 +142,26 @@ fn table(
     open: &Open<'_>,
 ) -> Result<Vec<CompFileRow>, FileError> {
     let kind = configuration.of_joint(joint.number, "COMP_FILE_TYPE");
-    let kind = match kind.map_or("0", |entry| entry.value.as_str()) {
-        "0" => Type::Positions,
-        "1" => Type::Corrections,
-        other => {
-            let place = kind.map_or(&file.place, |entry| &entry.place);
-            let message = format!("COMP_FILE_TYPE is `{other}`");
+    let number = kind.map(|entry| entry.number().map(|(value, _)| value));
+    let kind = match (number, kind) {
+        (None | Some(Some(0.0)), _) => Type::Positions,
+        (Some(Some(1.0)), _) => Type::Corrections,
+        (_, entry) => {
+            let IniEntry { value, place, .. } = entry.unwrap_or(file);
+            let message = format!("COMP_FILE_TYPE is `{value}`");
             return Err(place.error(message, "here", "write 0 (positions) or 1 (corrections)"));
         }
     };
     let source = open(&file.value).map_err(|cause| {
         let message = format!("COMP_FILE = {} cannot be read: {cause}", file.value);
-        file.place
-            .error(message, "here", "name a file in the folder of the INI file")
+        let text = file.value.find(['#', ';']).filter(|at| *at > 0);
+        let remedy = match text.map(|at| &file.value[at..]) {
+            Some(text) => format!(
+                "write `{text}` on a line of its own: LinuxCNC takes it as part of the name"
+            ),
+            None => "name a file in the folder of the INI file".to_owned(),
+        };
+        file.place.error(message, "here", remedy)
     })?;
     let rows = comp_file::read(&source.text, kind)
         .map_err(|error| error.within(&source.name, &source.text))?;

@@ -28,6 +28,19 @@ pub struct Named {
     pub text: String,
 }
 
+/// The number at the start of a text as C's `strtod` reads it, and the text after it; `None` if there is none, or one that
+/// is hexadecimal or not finite.
+#[must_use]
+pub fn leading_number(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim_start();
+    let longest = text.find(|c: char| !c.is_ascii_digit() && !"+-.eE".contains(c));
+    let (end, number) = (1..=longest.unwrap_or(text.len()))
+        .rev()
+        .find_map(|end| Some((end, text[..end].parse::<f64>().ok()?)))?;
+    let after = &text[end..];
+    (number.is_finite() && !after.starts_with(['x', 'X'])).then_some((number, after))
+}
+
 impl FileError {
     /// An error at a place.
     pub fn at(

@@ -955,8 +955,16 @@ fn what_linuxcnc_reads_is_read_and_its_versions_are_named() {
         ),
         (["JOINTS = 3", "JOINTS = 3 # X Y Z"], "LinuxCNC 2.9 refuses"),
         (
+            ["MIN_LIMIT = -150", "MIN_LIMIT = -150 (mm)"],
+            "is read as -150, as LinuxCNC 2.10 does, which ignores `(mm)`; LinuxCNC 2.9 refuses the line",
+        ),
+        (
             ["[TRAJ]", "[TRAJ]\nno value here"],
-            "LinuxCNC reads past it",
+            "LinuxCNC 2.9 reads past it, 2.10 rejects the file",
+        ),
+        (
+            ["[AXIS_Y]", "[JOINT_0]\nHOME = 0\n[AXIS_Y]"],
+            "a second [JOINT_0]: LinuxCNC 2.10 adds its lines to the first, 2.9 ignores them",
         ),
         (["HALFILE = mill.hal", "HALFILE =\nHALFILE = mill.hal"], ""),
         (["LINEAR_UNITS = mm", "LINEAR_UNITS = 1.0"], ""),
@@ -990,7 +998,13 @@ fn what_linuxcnc_reads_is_read_and_its_versions_are_named() {
 
 #[test]
 fn what_follows_a_number_is_a_comment_or_the_number_is_wrong() {
-    for (value, code) in [("6O", 1), ("60,5", 1), ("60 # slow", 0), ("60 ; slow", 0)] {
+    for (value, code) in [
+        ("6O", 1),
+        ("60,5", 1),
+        ("60 # slow", 0),
+        ("60 ; slow", 0),
+        ("60 mm/s²", 0),
+    ] {
         let line = format!("MAX_ACCELERATION = {value}");
         let folder = plain_mill("XYZ", &[["MAX_ACCELERATION = 400", &line]]);
         let (found, said) = set_up(&folder, &[]);
@@ -1001,6 +1015,65 @@ fn what_follows_a_number_is_a_comment_or_the_number_is_wrong() {
         };
         has(&said, &expected);
     }
+}
+
+/// A number with text right after it is refused once: nothing is computed with a part of it.
+#[test]
+fn a_number_that_is_refused_is_not_computed_with() {
+    let sum = ["STEPGEN_MAXVEL = 65", "STEPGEN_MAXVEL = 40+35"];
+    let (code, said) = set_up(&plain_mill("XYZ", &[sum]), &[]);
+    assert_eq!(code, Some(1), "{said}");
+    has(&said, "[JOINT_0]STEPGEN_MAXVEL is `40+35`, no number");
+    assert_eq!(said.matches("refused: ").count(), 1, "{said}");
+}
+
+#[test]
+fn text_after_a_word_is_part_of_the_word() {
+    for (from, to, refusal) in [
+        (
+            "TYPE = LINEAR",
+            "TYPE = LINEAR # ballscrew",
+            "[JOINT_0]TYPE is `LINEAR # ballscrew`: LinuxCNC takes `# ballscrew`",
+        ),
+        (
+            "LINEAR_UNITS = mm",
+            "LINEAR_UNITS = mm # metric",
+            "[TRAJ]LINEAR_UNITS is `mm # metric`: LinuxCNC takes `# metric`",
+        ),
+        (
+            "ANGULAR_UNITS = degree",
+            "ANGULAR_UNITS = degree # of arc",
+            "[TRAJ]ANGULAR_UNITS is `degree # of arc`: LinuxCNC takes `# of arc`",
+        ),
+    ] {
+        let folder = plain_mill("XYZC", &[[from, to]]);
+        let (code, said) = set_up(&folder, &[]);
+        assert_eq!(code, Some(1), "{said}");
+        has(&said, refusal);
+        has(&said, "as part of the value");
+    }
+}
+
+#[test]
+fn text_after_a_value_that_hal_takes_is_named_with_its_line() {
+    let kinematics = ["coordinates=XYZBC", "coordinates=xyzbc # simple"];
+    let head = ["trivkins", "5axiskins"];
+    let pivot = ["[KINS]", "[TOOLHEAD]\nPIVOT = 182.5 # mm\n[KINS]"];
+    let folder = plain_mill("XYZBC", &[kinematics, head, pivot]);
+    let hal = "loadrt [KINS]KINEMATICS\nsetp 5axiskins.pivot-length [TOOLHEAD]PIVOT\n";
+    folder.file("mill.hal", hal.to_owned() + &loops(5));
+    let (code, said) = set_up(&folder, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    has(
+        &said,
+        "mill.hal, line 1: halcmd takes `# simple` as arguments of loadrt",
+    );
+    has(
+        &said,
+        "mill.hal, line 2: halcmd takes `# mm` as arguments of setp",
+    );
+    let machine = std::fs::read_to_string(folder.at("to/machine.toml")).unwrap();
+    has(&machine, "tip_mm = [0.0, 0.0, -182.5]");
 }
 
 #[test]
@@ -1081,7 +1154,6 @@ fn rotary_axes_without_limits_are_endless_and_limits_of_axes_count() {
             "MIN_LIMIT = -150\nMAX_LIMIT = 150\n[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -150\nMAX_LIMIT = 150\n",
             "[JOINT_3]\nTYPE = ANGULAR\n",
         ),
-        ("[AXIS_C]\n", "[AXIS_C]\nWRAPPED_ROTARY = 1\n"),
         (
             "MIN_LIMIT = -150\nMAX_LIMIT = 150\n[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -150\nMAX_LIMIT = 150\n",
             "[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -999999\nMAX_LIMIT = 1e6\n",
@@ -1098,6 +1170,32 @@ fn rotary_axes_without_limits_are_endless_and_limits_of_axes_count() {
     set_up(&folder, &[]);
     let machine = std::fs::read_to_string(folder.at("to/machine.toml")).unwrap();
     has(&machine, "range = [-150.5, 120.5]");
+}
+
+/// `rs274` of 2.9 goes from C10 with C-20 to C-340 under `1` and `2`, and to C-20 under all others.
+#[test]
+fn limits_hold_for_a_wrapped_axis_and_its_value_is_read_as_by_each_version() {
+    for (value, versions) in [
+        ("1", None),
+        ("0", None),
+        ("no", None),
+        ("YES", Some("false, 2.10 as true")),
+        ("2", Some("true, 2.10 as false")),
+        ("1 # endless", Some("false, 2.10 as false")),
+    ] {
+        let line = format!("[AXIS_C]\nWRAPPED_ROTARY = {value}\n");
+        let folder = plain_mill("XYZC", &[["[AXIS_C]\n", &line]]);
+        let (code, said) = set_up(&folder, &[]);
+        assert_eq!(code, Some(0), "{said}");
+        let warning = versions.map_or(String::new(), |versions| {
+            format!("[AXIS_C]WRAPPED_ROTARY is `{value}`: LinuxCNC 2.9 reads it as {versions}")
+        });
+        has(&said, &warning);
+        assert_eq!(said.contains("warning: "), versions.is_some(), "{said}");
+        let machine = std::fs::read_to_string(folder.at("to/machine.toml")).unwrap();
+        has(&machine, "range = [-150.1, 150.1]");
+        assert!(!machine.contains("modulo"), "{machine}");
+    }
 }
 
 #[test]
@@ -1308,6 +1406,14 @@ fn what_linuxcnc_would_not_read_is_not_imported() {
             "1 2 3\n",
             ["COMP_FILE_TYPE is `2`", "write 0"],
         ),
+        (
+            "COMP_FILE = x.comp # screw\n",
+            "1 2 3\n",
+            [
+                "x.comp # screw cannot be read",
+                "`# screw` on a line of its own",
+            ],
+        ),
     ] {
         let folder = Folder::new();
         folder.file("x.comp", file);
@@ -1318,6 +1424,14 @@ fn what_linuxcnc_would_not_read_is_not_imported() {
         );
         assert!(!Path::new(&folder.at("to")).exists());
     }
+    let folder = Folder::new();
+    folder.file("x.comp", "-5 0.1 0.1\n5 0.2 0.2\n");
+    let lines = "COMP_FILE = x.comp\nCOMP_FILE_TYPE = 1 # differences\n";
+    let ini = compensated(&folder, "mm", [lines, "", ""]);
+    let said = done(&format!("linuxcnc setup {ini} -o {}", folder.at("to")));
+    has(&said, "COMP_FILE_TYPE is read as 1, as LinuxCNC 2.10 does");
+    let errors = std::fs::read_to_string(folder.at("to/errors.toml")).unwrap();
+    has(&errors, "value = [0.1, 0.2]");
     let folder = Folder::new();
     let ini = compensated(&folder, "mm", ["BACKLASH = much\n", "", ""]);
     let said = says(1, &format!("linuxcnc setup {ini} -o {}", folder.at("to")));

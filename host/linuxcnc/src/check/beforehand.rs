@@ -1,8 +1,10 @@
 //! Checks a configuration for which there is no compensation yet.
 
 use super::{Finding, Severity};
-use crate::configuration::{BASIC_SIM, Configuration, JointAxis, is_true, saved_commands};
-use crate::formats::ini::{FileLocation, IniEntry};
+use crate::configuration::{
+    BASIC_SIM, Configuration, JointAxis, is_degree, millimetres, saved_commands,
+};
+use crate::formats::ini::{FileLocation, IniEntry, Remark};
 
 /// What [`check`](super::check) would report of the INI file with any compensation of all its axes. What LinuxCNC
 /// compensates itself is a warning, because it is imported.
@@ -88,8 +90,15 @@ pub fn unsuited(configuration: &Configuration) -> Vec<Finding> {
     found.0
 }
 
+/// Whether a screen of LinuxCNC may take a value for true.
+fn is_true(value: &str) -> bool {
+    let word = value.split_whitespace().next().unwrap_or("");
+    let is_number = word.parse::<f64>().is_ok_and(|value| value != 0.0);
+    is_number || ["true", "yes", "on"].contains(&word.to_ascii_lowercase().as_str())
+}
+
 /// Keys whose values are numbers, on which checks rest.
-const NUMBERS: [&str; 8] = [
+const NUMBERS: [&str; 9] = [
     "MIN_LIMIT",
     "MAX_LIMIT",
     "MAX_VELOCITY",
@@ -97,18 +106,21 @@ const NUMBERS: [&str; 8] = [
     "STEPGEN_MAXVEL",
     "STEPGEN_MAXACCEL",
     "BACKLASH",
+    "COMP_FILE_TYPE",
     "HOME",
 ];
 
 /// Lines that LinuxCNC does not read, or not in every version, and numbers that are none.
 pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
     let mut found = Beforehand(Vec::new());
-    for (place, remark) in &configuration.ini.remarks {
-        found.warn(
-            place,
-            remark.clone(),
-            "nothing, if that is meant".to_owned(),
-        );
+    let remarks = configuration.ini.remarks.iter();
+    for Remark {
+        place,
+        reason,
+        write,
+    } in remarks.chain(&configuration.hal.remarks)
+    {
+        found.warn(place, reason.clone(), write.clone());
     }
     for entry in numbers(configuration) {
         let IniEntry {
@@ -119,11 +131,6 @@ pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
         } = entry;
         match entry.number() {
             Some((_, "")) => {}
-            Some((_, after)) if !after.starts_with(['#', ';']) => found.refuse(
-                place,
-                format!("[{section}]{key} is `{value}`, no number: `{after}` does not belong to it"),
-                format!("{key} = a number"),
-            ),
             Some((number, after)) => found.warn(
                 place,
                 format!("[{section}]{key} is read as {number}, as LinuxCNC 2.10 does, which ignores `{after}`; LinuxCNC 2.9 refuses the line"),
@@ -136,6 +143,9 @@ pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
                 format!("{key} = a number"),
             ),
         }
+    }
+    for joint in configuration.axes() {
+        found.wrapped(configuration, joint);
     }
     found.0
 }
@@ -170,18 +180,36 @@ pub(super) fn wrong_kind(configuration: &Configuration, joint: JointAxis) -> Opt
         "LINEAR"
     };
     let kind = configuration.of_joint(number, "TYPE")?;
-    let is_wrong = !kind.value.eq_ignore_ascii_case(expected);
-    is_wrong.then(|| {
-        let reason = format!(
-            "joint {number} has the axis {letter}, which is not {}: a compensation of {letter} is for a joint that is {expected}",
-            kind.value
-        );
+    let is_expected = |word: &str| word.eq_ignore_ascii_case(expected);
+    (!is_expected(&kind.value)).then(|| {
+        let wrong = || {
+            format!(
+                "joint {number} has the axis {letter}, which is not {}: a compensation of {letter} is for a joint that is {expected}",
+                kind.value
+            )
+        };
+        let reason = with_text(kind, is_expected).unwrap_or_else(wrong);
         Finding::at(
             Severity::Refused,
             &kind.place,
             reason,
             format!("TYPE = {expected}"),
         )
+    })
+}
+
+/// What is wrong with a word that is right but for text after it, on the same line.
+fn with_text(entry: &IniEntry, is_right: impl Fn(&str) -> bool) -> Option<String> {
+    let IniEntry {
+        section,
+        key,
+        value,
+        ..
+    } = entry;
+    let (word, text) = value.split_once(char::is_whitespace)?;
+    is_right(word).then(|| {
+        let text = text.trim_start();
+        format!("[{section}]{key} is `{value}`: LinuxCNC takes `{text}` as part of the value")
     })
 }
 
@@ -211,10 +239,12 @@ impl Beforehand {
         if configuration.mm.is_none() {
             let entry = configuration.ini.get("TRAJ", "LINEAR_UNITS");
             let place = entry.map_or(configuration.section("TRAJ"), |e| &e.place);
+            let reason = entry.and_then(|e| with_text(e, |word| millimetres(word).is_some()));
+            let neither = || "[TRAJ]LINEAR_UNITS says neither mm nor inch".to_owned();
             self.refuse(
                 place,
-                "[TRAJ]LINEAR_UNITS says neither mm nor inch".to_owned(),
-                "LINEAR_UNITS = mm".to_owned(),
+                reason.unwrap_or_else(neither),
+                "LINEAR_UNITS = mm or inch".to_owned(),
             );
         }
         let rotary = configuration.axes().iter().any(|joint| joint.is_rotary());
@@ -222,12 +252,15 @@ impl Beforehand {
             && rotary
             && !configuration.in_degrees()
         {
-            self.refuse(
-                &entry.place,
+            let other = || {
                 format!(
                     "rotary joints are in {}, corrections in degrees",
                     entry.value
-                ),
+                )
+            };
+            self.refuse(
+                &entry.place,
+                with_text(entry, is_degree).unwrap_or_else(other),
                 "ANGULAR_UNITS = degree".to_owned(),
             );
         }
@@ -276,6 +309,35 @@ impl Beforehand {
                 &backlash.place,
                 format!("joint {number} would be compensated twice: by BACKLASH, and by a compensation with E{letter}{letter}b"),
                 "BACKLASH = 0".to_owned(),
+            );
+        }
+    }
+
+    /// A rotary axis whose words mean angles in one version of LinuxCNC and positions in another, or in none what is written.
+    fn wrapped(&mut self, configuration: &Configuration, joint: JointAxis) {
+        let entry = configuration.of_axis(joint, "WRAPPED_ROTARY");
+        let Some(IniEntry {
+            section,
+            value,
+            place,
+            ..
+        }) = entry.filter(|_| joint.is_rotary())
+        else {
+            return;
+        };
+        // 2.9 reads a whole number, 2.10 a word; for both, the value ends with the line.
+        let number = value.parse::<i32>().ok().map(|number| number != 0);
+        let word = match value.to_ascii_lowercase().as_str() {
+            "true" | "yes" | "1" | "on" => Some(true),
+            "false" | "no" | "0" | "off" => Some(false),
+            _ => None,
+        };
+        let [old, new] = [number, word].map(Option::unwrap_or_default);
+        if old != new || (number, word) == (None, None) {
+            self.warn(
+                place,
+                format!("[{section}]WRAPPED_ROTARY is `{value}`: LinuxCNC 2.9 reads it as {old}, 2.10 as {new}"),
+                "WRAPPED_ROTARY = 1, or 0".to_owned(),
             );
         }
     }

@@ -1,6 +1,6 @@
 //! HAL files of LinuxCNC: what they load, add to threads, connect and set.
 
-use super::ini::{FileLocation, Ini, Open, joined};
+use super::ini::{FileLocation, Ini, Open, Remark, joined};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use trueaxis_model::source::{FileError, Named};
@@ -25,8 +25,10 @@ pub struct Hal {
     pub signals: BTreeMap<String, (String, HalCommand)>,
     /// Values of pins, parameters and signals.
     pub values: BTreeMap<String, (String, HalCommand)>,
-    /// Other names of pins.
+    /// The own name of each pin that has an alias, by the alias.
     aliases: BTreeMap<String, String>,
+    /// Commands at which `halcmd` stops, because a value of the INI file has text after it.
+    pub remarks: Vec<Remark>,
     /// Files that are not read because they are programs.
     pub programs: Vec<(String, FileLocation)>,
 }
@@ -91,6 +93,7 @@ impl Hal {
 
     fn command(&mut self, command: HalCommand) -> Result<(), FileError> {
         let words: Vec<&str> = command.words.iter().map(String::as_str).collect();
+        self.remarks.extend(surplus(&words, &command.place));
         match words[..] {
             ["loadrt" | "loadusr", ..] => self.loaded.push(command),
             ["addf", function, thread] => self.add(function, thread, "-1", &command)?,
@@ -126,15 +129,17 @@ impl Hal {
                 let pin = self.pin(pin);
                 self.signals.remove(&pin);
             }
-            ["alias", "pin", pin, alias] => {
-                self.aliases.insert(alias.to_owned(), pin.to_owned());
+            // A pin has its own name and one other: an alias of an alias takes its place.
+            ["alias", "pin" | "param", pin, alias] => {
+                let pin = self.unalias(pin);
+                self.aliases.insert(alias.to_owned(), pin);
             }
-            ["unalias", "pin", pin] => {
-                self.aliases.retain(|alias, of| alias != pin && of != pin);
+            ["unalias", "pin" | "param", pin] => {
+                self.unalias(pin);
             }
             ["delsig", "all"] => self.signals.clear(),
             ["delsig", signal] => self.signals.retain(|_, (of, _)| of != signal),
-            ["setp" | "sets", pin, value] => {
+            ["setp" | "sets", pin, value, ..] => {
                 let value = (value.to_owned(), command.clone());
                 let pin = self.pin(pin);
                 self.values.insert(pin, value);
@@ -156,6 +161,13 @@ impl Hal {
             .get(name)
             .map_or(name, String::as_str)
             .to_owned()
+    }
+
+    /// Takes the alias of a pin away; returns the pin's own name.
+    fn unalias(&mut self, name: &str) -> String {
+        let pin = self.pin(name);
+        self.aliases.retain(|_, of| *of != pin);
+        pin
     }
 
     /// Adds a function to a thread; 1 is the first position, −1 the last.
@@ -242,6 +254,25 @@ fn number(value: &str) -> Option<f64> {
         Some("0x" | "0X") => u32::from_str_radix(&value[2..], 16).ok().map(f64::from),
         _ => value.parse().ok(),
     }
+}
+
+/// Arguments that a command does not take. `halcmd` takes comments out of a line before it inserts values of the INI file,
+/// so that the words of a comment after a value become arguments.
+fn surplus(words: &[&str], place: &FileLocation) -> Option<Remark> {
+    let from = match words[..] {
+        ["setp" | "sets", ..] => 3,
+        ["loadusr", ..] => return None,
+        _ => words.iter().position(|word| word.starts_with('#'))?,
+    };
+    let surplus = words.get(from..)?.join(" ");
+    (!surplus.is_empty()).then(|| Remark {
+        place: place.clone(),
+        reason: format!(
+            "halcmd takes `{surplus}` as arguments of {} and stops here",
+            words[0]
+        ),
+        write: "the value alone; in the INI file, put a comment on a line of its own".to_owned(),
+    })
 }
 
 fn is_arrow(word: &str) -> bool {
@@ -396,6 +427,38 @@ mod tests {
                 .signals
                 .is_empty()
         );
+    }
+
+    /// `halrun` of 2.9 on the first: `show pin` lists b with the value 3; `setp a 4` then says "'a' not found".
+    #[test]
+    fn an_alias_of_an_alias_takes_its_place() {
+        let hal = take("alias pin p.v a\nalias pin a b\nsetp p.v 2\nsetp b 3\nsetp a 4\nnet s b\n")
+            .unwrap();
+        assert_eq!(hal.values["p.v"].0, "3");
+        assert_eq!(hal.signal("p.v"), Some("s"));
+        let hal = take("alias pin p.v a\nalias pin a b\nunalias pin b\nsetp b 3\n").unwrap();
+        assert!(!hal.values.contains_key("p.v"));
+    }
+
+    /// `halrun` of 2.9: "setp requires 2 arguments, 4 given", and "Invalid parameter `#'" from `loadrt`.
+    #[test]
+    fn text_after_a_value_of_the_ini_file_is_remarked() {
+        let ini = "[A]\nPIVOT = 182.5 # mm\nUNIT = 5 mm\nKINS = trivkins # simple\n";
+        let ini = Ini::read(source("m.ini", ini), &|_| Err("none".into())).unwrap();
+        let text = "setp k.pivot [A]PIVOT\nsetp k.unit [A]UNIT\nloadrt [A]KINS\nloadusr x [A]KINS\nsetp z 1 # text\n";
+        let mut hal = Hal::default();
+        let done = hal.take(source("m.hal", text), &ini, &|_| Err("none".into()));
+        done.unwrap();
+        let reasons: Vec<&str> = hal.remarks.iter().map(|r| r.reason.as_str()).collect();
+        assert_eq!(
+            reasons,
+            [
+                "halcmd takes `# mm` as arguments of setp and stops here",
+                "halcmd takes `mm` as arguments of setp and stops here",
+                "halcmd takes `# simple` as arguments of loadrt and stops here",
+            ]
+        );
+        assert_eq!(hal.value("k.pivot").map(|(value, _)| value), Some(182.5));
     }
 
     #[test]

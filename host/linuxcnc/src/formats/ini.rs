@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 use std::rc::Rc;
-use trueaxis_model::source::{FileError, Named};
+use trueaxis_model::source::{FileError, Named, leading_number};
 
 /// A place in a file.
 #[derive(Clone, Debug)]
@@ -51,20 +51,25 @@ pub struct IniEntry {
 }
 
 impl IniEntry {
-    /// The number at the start of the value, as `strtod` reads it, and the text after it; `None` if there is none.
+    /// The number at the start of the value, and the text after it, which LinuxCNC 2.10 ignores; `None` if there is no
+    /// number, or if the text directly follows it, as in `40+35` or `6O`.
     #[must_use]
     pub fn number(&self) -> Option<(f64, &str)> {
-        let value = &self.value;
-        let is_number = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
-        let longest = value.find(|c| !is_number(c)).unwrap_or(value.len());
-        let end = (1..=longest)
-            .rev()
-            .find(|end| value[..*end].parse::<f64>().is_ok())?;
-        let number: f64 = value[..end].parse().ok()?;
-        let after = &value[end..];
-        let is_hexadecimal = after.starts_with(['x', 'X']);
-        (number.is_finite() && !is_hexadecimal).then_some((number, after.trim_start()))
+        let (number, after) = leading_number(&self.value)?;
+        let is_apart = |c: char| c.is_whitespace() || matches!(c, '#' | ';');
+        (after.is_empty() || after.starts_with(is_apart)).then(|| (number, after.trim_start()))
     }
+}
+
+/// A line that LinuxCNC reads otherwise than it looks, or not in every version.
+#[derive(Clone, Debug)]
+pub struct Remark {
+    /// Place of the line.
+    pub place: FileLocation,
+    /// What LinuxCNC does.
+    pub reason: String,
+    /// What to write there.
+    pub write: String,
 }
 
 /// An INI file with what it includes.
@@ -72,8 +77,8 @@ impl IniEntry {
 pub struct Ini {
     entries: Vec<IniEntry>,
     sections: Vec<(String, FileLocation)>,
-    /// Lines that versions of LinuxCNC read differently, or past which they read: what they do.
-    pub remarks: Vec<(FileLocation, String)>,
+    /// Lines that versions of LinuxCNC read differently.
+    pub remarks: Vec<Remark>,
 }
 
 /// LinuxCNC 2.10 follows `#INCLUDE` to this depth; 2.9 to a depth of 1.
@@ -91,6 +96,15 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (&str, Range<usize>)> {
         let line = line.trim_end_matches(['\n', '\r']);
         (line, start..start + line.len())
     })
+}
+
+/// The remedy where a version of LinuxCNC reads a line.
+const AS_MEANT: &str = "nothing, if that is meant";
+
+/// Whether every version of LinuxCNC reads a line with this key.
+fn is_key(key: &str) -> bool {
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    key.chars().all(is_letter) && !key.is_empty() && !key.starts_with(|c: char| c.is_ascii_digit())
 }
 
 /// The file that a line includes; a comment if another letter follows.
@@ -160,8 +174,22 @@ impl Ini {
                     ));
                 };
                 name.trim().clone_into(section);
+                if let Some(first) = self.section(section) {
+                    let write = format!(
+                        "its lines below the first one, line {} of {}",
+                        first.line(),
+                        first.source.name
+                    );
+                    let reason = format!(
+                        "a second [{section}]: LinuxCNC 2.10 adds its lines to the first, 2.9 ignores them"
+                    );
+                    self.remark(&place, reason, write);
+                }
                 self.sections.push((section.clone(), place));
-            } else if let Some((key, value)) = line.split_once('=') {
+            } else if let Some((key, value)) = line.split_once('=')
+                && is_key(key.trim())
+                && !section.is_empty()
+            {
                 self.entries.push(IniEntry {
                     section: section.clone(),
                     key: key.trim().to_owned(),
@@ -169,13 +197,21 @@ impl Ini {
                     place,
                 });
             } else {
-                let remark = format!(
-                    "`{line}` is neither a section nor KEY = value: LinuxCNC reads past it"
+                let reason = format!(
+                    "`{line}` is not KEY = value in a section: LinuxCNC 2.9 reads past it, 2.10 rejects the file"
                 );
-                self.remarks.push((place, remark));
+                self.remark(&place, reason, format!("# {line}"));
             }
         }
         Ok(())
+    }
+
+    fn remark(&mut self, place: &FileLocation, reason: String, write: impl Into<String>) {
+        self.remarks.push(Remark {
+            place: place.clone(),
+            reason,
+            write: write.into(),
+        });
     }
 
     /// An included file, if it can be read.
@@ -194,19 +230,18 @@ impl Ini {
             ));
         }
         if depth > 0 {
-            let remark = format!(
+            let reason = format!(
                 "LinuxCNC 2.10 includes `{name}` here, 2.9 ignores the line, because this file is included itself"
             );
-            self.remarks.push((place.clone(), remark));
+            self.remark(place, reason, AS_MEANT);
         }
-        Ok(read(name)
-            .map_err(|cause| {
-                let remark = format!(
-                    "the included file `{name}` cannot be read: {cause}; LinuxCNC 2.9 reads past the line"
-                );
-                self.remarks.push((place.clone(), remark));
-            })
-            .ok())
+        let file = read(name).map_err(|cause| {
+            let reason = format!(
+                "the included file `{name}` cannot be read: {cause}; LinuxCNC 2.9 reads past the line, 2.10 rejects the file"
+            );
+            self.remark(place, reason, "#INCLUDE with the name of a file");
+        });
+        Ok(file.ok())
     }
 
     /// All values of a key, in order.
@@ -308,35 +343,77 @@ mod tests {
         let missing = Ini::read(source("[S]\n#INCLUDE x.inc\n#INCLUDED = 1\nC = 3\n"), &none);
         let missing = missing.unwrap();
         assert_eq!(missing.get("S", "C").unwrap().value, "3");
-        let [(place, remark)] = &missing.remarks[..] else {
+        let [remark] = &missing.remarks[..] else {
             panic!("{:?}", missing.remarks);
         };
-        assert_eq!(place.line(), 2);
+        assert_eq!(remark.place.line(), 2);
+        let reason = &remark.reason;
         assert!(
-            remark.contains("`x.inc` cannot be read: there is none"),
-            "{remark}"
+            reason.contains("`x.inc` cannot be read: there is none"),
+            "{reason}"
         );
         for (key, value) in [("A", "1"), ("B", "2"), ("C", "3")] {
             assert_eq!(ini.get("S", key).unwrap().value, value);
         }
-        let remarks: Vec<(usize, &str)> = (ini.remarks.iter())
-            .map(|(place, remark)| (place.line(), remark.as_str()))
-            .collect();
+        let remarks = of_lines(&ini);
         assert!(
-            matches!(remarks[..], [(2, nested), (3, _)] if nested.contains("2.9")),
+            matches!(&remarks[..], [(2, nested), (3, _)] if nested.contains("2.9")),
             "{remarks:?}"
         );
     }
 
+    fn of_lines(ini: &Ini) -> Vec<(usize, String)> {
+        let remarks = ini.remarks.iter();
+        remarks
+            .map(|r| (r.place.line(), r.reason.clone()))
+            .collect()
+    }
+
     #[test]
-    fn a_number_ends_where_strtod_ends_it() {
+    fn lines_that_are_no_entries_are_those_that_linuxcnc_2_10_rejects() {
+        let text = "A = 1\n[S]\nMAX LIMIT = 2\n9TH = 3\nnothing\n= 4\nK = 5\n";
+        let ini = Ini::read(source(text), &none).unwrap();
+        let lines: Vec<usize> = of_lines(&ini).iter().map(|(line, _)| *line).collect();
+        assert_eq!(lines, [1, 3, 4, 5, 6]);
+        for (_, reason) in of_lines(&ini) {
+            assert!(
+                reason.contains("2.9 reads past it, 2.10 rejects"),
+                "{reason}"
+            );
+        }
+        assert_eq!(ini.get("S", "K").unwrap().value, "5");
+    }
+
+    /// `inivar` of 2.9 on this file: X is 1, "Can not find -sec A -var Z".
+    #[test]
+    fn a_section_that_is_there_twice_is_remarked_with_the_versions() {
+        let inner = |_: &str| Ok(source("[A]\nZ = 3\n"));
+        for text in [
+            "[A]\nX = 1\n[B]\n[A]\nX = 2\nZ = 3\n",
+            "[A]\nX = 1\n[B]\n#INCLUDE z\n",
+        ] {
+            let ini = Ini::read(source(text), &inner).unwrap();
+            assert_eq!(ini.get("A", "X").unwrap().value, "1");
+            assert_eq!(ini.get("A", "Z").unwrap().value, "3");
+            let [Remark { reason, write, .. }] = &ini.remarks[..] else {
+                panic!("{:?}", ini.remarks);
+            };
+            assert!(reason.contains("a second [A]: LinuxCNC 2.10"), "{reason}");
+            assert_eq!(write, "its lines below the first one, line 1 of m.ini");
+        }
+    }
+
+    #[test]
+    fn a_number_stands_alone_or_apart_from_the_text_after_it() {
         for (value, number) in [
             ("60", Some((60.0, ""))),
             ("60 # mm per s", Some((60.0, "# mm per s"))),
-            ("-1.5e3mm", Some((-1500.0, "mm"))),
+            ("-1.5e3 (mm)", Some((-1500.0, "(mm)"))),
             (".5;half", Some((0.5, ";half"))),
-            ("2e", Some((2.0, "e"))),
-            ("+7-", Some((7.0, "-"))),
+            ("15mm", None),
+            ("2e", None),
+            ("40+35", None),
+            ("60,5", None),
             ("# 60", None),
             ("", None),
             ("0x10", None),
