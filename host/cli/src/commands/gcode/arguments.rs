@@ -189,12 +189,8 @@ impl Arguments {
         if let Some(path) = &self.tools {
             let units = units_of(&setup, "--tools")?;
             let text = Text::read(path)?;
-            let skipped = setup.add_tools(&text.text, units);
-            for line in skipped.map_err(|e| text.bad(e))? {
-                eprintln!(
-                    "warning: {}, line {line}: left out, as by LinuxCNC: it is no tool",
-                    path.display()
-                );
+            for (line, remark) in setup.add_tools(&text.text, units) {
+                eprintln!("warning: {}, line {line}: {remark}", path.display());
             }
         }
         Ok(setup)

@@ -1,7 +1,7 @@
 //! What is refused: by line and word, with what to do; nothing is written.
 
-use super::{corrected, refuses, refuses_with};
-use crate::program::{Folder, blob, example, refused};
+use super::{corrected, refuses, refuses_with, with_files};
+use crate::program::{Folder, blob, example, plain, refused, trueaxis};
 
 const START: &str = "G21 G90\nG0 X10 Y10 Z50\n";
 
@@ -283,15 +283,32 @@ fn setups_that_cannot_be_are_refused_at_their_place() {
         let options = [option, &file, "--units", "mm", "--compensation", &mill];
         refuses_files(&folder, &options, parts);
     };
-    for tool in ["T-1 P1 Z5", "T1.5 P1 Z5", "T99999999999 P1 Z5"] {
-        let table = format!("T1 P1 Z3\n{tool}\n");
-        with("tools.tbl", &table, "--tools", &[tool, "tool number"]);
-    }
-    with("tools.tbl", "P1 Z3\n", "--tools", &["without a number"]);
     for index in ["0", "10", "1.5", "-1"] {
         let text = format!("5221 0\n5220 {index}\n");
         with("linuxcnc.var", &text, "--var", &["5220", "1 to 9"]);
     }
+}
+
+/// `rs274 -t` of LinuxCNC 2.9: "Unrecognized line skipped", "Requested tool 2 not found in the tool table".
+#[test]
+fn a_tool_that_linuxcnc_does_not_read_is_refused_where_a_program_uses_it() {
+    let folder = Folder::new();
+    let tools = folder.file("tools.tbl", "T1 P1 Z50, D6\nT2 P2 Z 30 D6\nT1 P3 Z60\n");
+    let program = |tool: u32| format!("{START}G43 H{tool}\nG0 Z55\nM30\n");
+    let files = [&blob("mill-21"), super::SETUP];
+    let options = ["--tools", &tools];
+    let output = with_files(&folder, program(1), files, &options, trueaxis);
+    assert!(output.status.success());
+    let said = plain(&output.stderr);
+    for warning in [
+        "tools.tbl, line 1: LinuxCNC ignores `,` in `Z50,`",
+        "tools.tbl, line 2: left out: LinuxCNC skips the line, because `Z`",
+        "tools.tbl, line 3: left out: LinuxCNC uses the first tool 1, in line 1",
+    ] {
+        assert!(said.contains(warning), "{said}");
+    }
+    let parts = ["line 3", "G43", "tool 2", "[tool.2]"];
+    refuses(program(2), &options, &parts);
 }
 
 #[test]
