@@ -13,7 +13,7 @@ use super::modal::Distance;
 use digits::{Number, number_at};
 pub(crate) use names::number_of_name;
 pub use printer::Command;
-use unknown_bytes::{is_klartext, strange};
+use unknown_bytes::{heidenhain, is_din_iso, strange};
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -277,10 +277,7 @@ impl Block {
                 "take the inner brackets out",
             ));
         }
-        if done.is_err() && is_klartext(line) {
-            return Err(strange(line, 0));
-        }
-        done
+        done.map_err(|fault| heidenhain(line).unwrap_or(fault))
     }
 
     fn scan_words(&mut self, line: &[u8], dialect: Dialect) -> Result<(), Fault> {
@@ -313,7 +310,7 @@ impl Block {
                     at += 1;
                     self.end = at;
                 }
-                b'%' if self.words.is_empty() && !self.deleted => {
+                b'%' if self.words.is_empty() && !self.deleted && !is_din_iso(line) => {
                     // The rest of such a line is not part of the program.
                     (self.percent, self.has_text) = (true, true);
                     break;

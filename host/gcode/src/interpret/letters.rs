@@ -50,6 +50,10 @@ impl State {
                 let is_length = b"IJKRQ".contains(&word.letter) && !is_choice;
                 return needs_point(asked, word, is_length);
             }
+            0 if word.letter == b'E' && asked.block.words.iter().any(|w| w.end == word.start) => (
+                "an exponent: numbers of programs have none, and E begins another word",
+                "write the number out with all its digits; for the program of a printer give --dialect printer",
+            ),
             0 if word.letter == b'E' => (
                 "E, which this dialect does not have",
                 "for the program of a printer give --dialect printer",

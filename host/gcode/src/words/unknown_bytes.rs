@@ -2,18 +2,47 @@
 
 use crate::fault::{FLAT, Fault, Kind};
 
-/// True for the first lines of a Heidenhain program in Klartext, with a line number or without.
-pub(super) fn is_klartext(line: &[u8]) -> bool {
+/// What to say of a line of a Heidenhain control that cannot be read as G-code.
+pub(super) fn heidenhain(line: &[u8]) -> Option<Fault> {
+    let cause = match line {
+        _ if is_klartext(line) => "Heidenhain Klartext: this language is not read",
+        _ if is_din_iso(line) => "DIN/ISO of a Heidenhain control: this language is not read",
+        _ => return None,
+    };
+    let remedy = "use the compensation in the control (trueaxis export heidenhain)";
+    Some(Fault::new(0..line.len(), cause, remedy).kind(Kind::Word))
+}
+
+/// True for lines that only a program in Klartext has, with a line number or without.
+fn is_klartext(line: &[u8]) -> bool {
     let line = String::from_utf8_lossy(line).to_ascii_uppercase();
     let line = line.trim_start_matches(|c: char| c.is_ascii_digit() || c.is_whitespace());
-    let mut words = line.split_whitespace();
-    matches!(
-        (words.next(), words.next()),
-        (Some("BEGIN"), Some("PGM"))
-            | (Some("BLK"), Some("FORM"))
-            | (Some("TOOL"), Some("CALL" | "DEF"))
-            | (Some("CYCL"), Some("DEF" | "CALL"))
-    )
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let is_path = match words[..] {
+        ["BEGIN" | "END", "PGM", ..] | ["BLK", "FORM", ..] | ["*", "-", ..] => true,
+        ["TOOL" | "CYCL", "CALL" | "DEF", ..] | ["LBL", ..] | ["CALL", "LBL" | "PGM", ..] => true,
+        ["L" | "LN" | "LP" | "C" | "CC" | "CP" | "CR", to, ..] => to.contains(['+', '-']),
+        _ => false,
+    };
+    is_path || words.contains(&"FMAX")
+}
+
+/// True for a block of a program in DIN/ISO, which ends with `*`; the first one is `%NAME G71 *`.
+pub(super) fn is_din_iso(line: &[u8]) -> bool {
+    let Some((b'*', block)) = line.trim_ascii().split_last() else {
+        return false;
+    };
+    let is_unit = |word: &[u8]| matches!(word, b"G70" | b"G71");
+    match block.first() {
+        Some(b'%') => block.split(u8::is_ascii_whitespace).any(is_unit),
+        first => first.is_some_and(u8::is_ascii_alphanumeric),
+    }
+}
+
+/// True for the digits of a checksum, at the end of a line.
+fn is_checksum(rest: &[u8]) -> bool {
+    let digits = rest.trim_ascii_end();
+    !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
 }
 
 /// What to say of a byte that begins no word.
@@ -70,12 +99,11 @@ pub(super) fn strange(line: &[u8], at: usize) -> Fault {
             "post corners as moves: G1, G2 and G3",
         )
         .kind(Kind::Word),
-        _ if is_klartext(line) => Fault::new(
-            0..line.len(),
-            "Heidenhain Klartext: this language is not read",
-            "use the compensation in the control (trueaxis export heidenhain)",
-        )
-        .kind(Kind::Word),
+        b'*' if is_checksum(&line[at + 1..]) => Fault::new(
+            span,
+            "a checksum, which hosts add to the lines that they send to a printer",
+            "take the checksums out, or give the program as it was before it was sent",
+        ),
         byte if byte.is_ascii_digit() || byte == b'.' || byte == b'-' || byte == b'+' => {
             Fault::new(
                 span,

@@ -51,6 +51,14 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("/G0 X5", "line 3 | --block-delete"),
         ("G0 X5 X6", "line 3 | X6 | second word X"),
         ("G0 X", "line 3 | without a number"),
+        (
+            "G0 X1e1",
+            "line 3 | e1 | an exponent | write the number out",
+        ),
+        (
+            "G0 X1 E1",
+            "line 3 | E1 | does not have | --dialect printer",
+        ),
         ("G0 X5 \u{e4}", "line 3 | begins no word"),
         (
             "G28\nG0 X5",
@@ -208,6 +216,31 @@ fn files_that_are_no_programs_are_refused() {
         &[],
         &["line 1", "Heidenhain Klartext", "export heidenhain"],
     );
+    let control = "export heidenhain";
+    for line in [
+        "L X+5 Y+5 R0 FMAX",
+        "7 L Z+100 R0 FMAX",
+        "CC X+0 Y+0",
+        "* - Drill",
+        "LBL 1",
+    ] {
+        refuses(
+            format!("G21 G90\n{line}\n"),
+            &[],
+            &["line 2", "Klartext", control],
+        );
+    }
+    for (program, line) in [
+        ("%PLATE G71 *\nN10 G30 G17 X+0 Y+0 Z-20 *\n", "line 1"),
+        ("N30 T4 G17 S6000 *\n", "line 1"),
+        ("G21\nN40 G01 X+5 R F250 *\n", "line 2"),
+    ] {
+        refuses(program, &[], &[line, "DIN/ISO of a Heidenhain", control]);
+    }
+    for dialect in ["linuxcnc", "printer"] {
+        let parts = ["line 1", "*85", "a checksum", "take the checksums out"];
+        refuses("N12 G1 X5*85\n", &["--dialect", dialect], &parts);
+    }
     refuses(
         "G21\nG0 X10\n",
         &["--dialect", "fanuc"],
