@@ -188,13 +188,18 @@ impl Configuration {
             .max_by(|a, b| (inwards * a.0).total_cmp(&(inwards * b.0)))
     }
 
-    /// Whether a rotary axis turns without end: it has no limits, or so far apart that they are none. `WRAPPED_ROTARY` does
-    /// not count: LinuxCNC does not go past limits with it either.
+    /// Whether a rotary axis turns without end: it has no limits, or so far apart that they are none; or a whole turn between
+    /// them and `WRAPPED_ROTARY`, which versions of LinuxCNC agree about only if it is 1. It does not go past limits either.
     #[must_use]
     pub(crate) fn is_endless(&self, joint: JointAxis) -> bool {
         let limit = |key| self.limit(joint, key).map(|(value, _)| value);
         let travel = limit("MAX_LIMIT").zip(limit("MIN_LIMIT"));
-        joint.is_rotary() && travel.is_none_or(|(high, low)| high - low > ENDLESS)
+        let wrapped = self.of_axis(joint, "WRAPPED_ROTARY");
+        let most = match wrapped.is_some_and(|entry| entry.value == "1") {
+            true => 359.0,
+            false => ENDLESS,
+        };
+        joint.is_rotary() && travel.is_none_or(|(high, low)| high - low > most)
     }
 
     /// The word for the linear unit of the machine, as the component reads it.

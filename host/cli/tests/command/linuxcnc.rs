@@ -1148,7 +1148,7 @@ fn headroom_is_read_beside_text_and_from_pins_with_aliases() {
 }
 
 #[test]
-fn rotary_axes_without_limits_are_endless_and_limits_of_axes_count() {
+fn rotary_axes_without_limits_or_wrapped_are_endless_and_limits_of_axes_count() {
     for (from, to) in [
         (
             "MIN_LIMIT = -150\nMAX_LIMIT = 150\n[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -150\nMAX_LIMIT = 150\n",
@@ -1157,6 +1157,10 @@ fn rotary_axes_without_limits_are_endless_and_limits_of_axes_count() {
         (
             "MIN_LIMIT = -150\nMAX_LIMIT = 150\n[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -150\nMAX_LIMIT = 150\n",
             "[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -999999\nMAX_LIMIT = 1e6\n",
+        ),
+        (
+            "MIN_LIMIT = -150\nMAX_LIMIT = 150\n[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -150\nMAX_LIMIT = 150\n",
+            "WRAPPED_ROTARY = 1\nMIN_LIMIT = -360\nMAX_LIMIT = 360\n[JOINT_3]\nTYPE = ANGULAR\n",
         ),
     ] {
         let folder = plain_mill("XYZC", &[[from, to]]);
@@ -1174,7 +1178,7 @@ fn rotary_axes_without_limits_are_endless_and_limits_of_axes_count() {
 
 /// `rs274` of 2.9 goes from C10 with C-20 to C-340 under `1` and `2`, and to C-20 under all others.
 #[test]
-fn limits_hold_for_a_wrapped_axis_and_its_value_is_read_as_by_each_version() {
+fn limits_of_less_than_a_turn_hold_for_a_wrapped_axis_and_its_value_is_read_as_by_each_version() {
     for (value, versions) in [
         ("1", None),
         ("0", None),
