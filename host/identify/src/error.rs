@@ -118,7 +118,7 @@ impl IdentifyError {
                 "leave it out: parameters are of axes of the machine, harmonics of rotary ones, up to the eighth"
             }
             Self::NothingSeen => {
-                "probe at other rotary positions, or choose another model; balls reveal nothing about a machine whose rotary axes do not move"
+                "probe at other rotary positions, or choose another model; balls reveal nothing about a machine whose rotary axes do not move, and the surface of a bed shows only how X and Y bend (EZX2,EZY2)"
             }
             Self::NotConverged { .. } => {
                 "look whether the machine file describes this machine (trueaxis pose), whether positions are machine coordinates in mm and degrees without tool length, and whether balls have the right names"

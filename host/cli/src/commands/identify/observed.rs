@@ -52,8 +52,10 @@ pub fn noise(text: &mut String, found: &StudyOutcome<'_>) {
 pub fn setups(text: &mut String, found: &StudyOutcome<'_>) {
     let has_parts = |setup: &&FoundSetup| !setup.parts.is_empty();
     let setups: Vec<_> = found.identified.setups.iter().filter(has_parts).collect();
+    let longest = setups.iter().map(|setup| setup.name.chars().count()).max();
+    let width = longest.map_or(0, |longest| longest.max(13) + 1);
     if !setups.is_empty() {
-        *text += "\nset-up                                    found   expanded (k = 2)\n";
+        *text += &format!("\n{:<width$}{:>33}   expanded (k = 2)\n", "set-up", "found");
     }
     let number = |v: f64| (v * 1e4).round() / 1e4 + 0.0;
     for setup in setups {
@@ -67,7 +69,7 @@ pub fn setups(text: &mut String, found: &StudyOutcome<'_>) {
                 format!(", stated as {stated:.4} ± {sigma:.4} ({z})")
             });
             *text += &format!(
-                "  {:<14}{:<20}{:>12.4}{:>12.4} {unit}{prior}\n",
+                "  {:<width$}{:<20}{:>12.4}{:>12.4} {unit}{prior}\n",
                 setup.name,
                 part.what,
                 // Avoids -0.
