@@ -10,9 +10,9 @@ const CORNER: f64 = 1e-2;
 /// The points, and who wrote them.
 pub fn read(text: &str) -> Result<(Vec<SurfacePoint>, Format), FileError> {
     let all = lines(text);
+    let mut all = (all.iter()).filter(|line| !is_remark(line.text)).peekable();
+    all.next_if(|line| is_heading(line.text));
     let rows: Vec<(&TextLine<'_>, Vec<f64>)> = all
-        .iter()
-        .filter(|line| !is_remark(line.text))
         .map(|line| Ok((line, numbers(line)?)))
         .collect::<Result<_, FileError>>()?;
     let (points, format) = match counted(&rows) {
@@ -39,6 +39,21 @@ fn is_remark(line: &str) -> bool {
     line.is_empty() || line.starts_with(['#', ';', '(', '%'])
 }
 
+/// True if a line names columns in the order X, Y, Z.
+fn is_heading(line: &str) -> bool {
+    let words: Vec<&str> = words(line).collect();
+    let begins =
+        |(word, letter): (&&str, char)| word.starts_with([letter, letter.to_ascii_uppercase()]);
+    words.len() >= 3
+        && words.iter().zip("xyz".chars()).all(begins)
+        && !line.contains(|c: char| c.is_ascii_digit())
+}
+
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    let words = line.split([' ', '\t', ',']);
+    words.filter(|word| !word.is_empty())
+}
+
 /// Three numbers or more: LinuxCNC logs those of all nine axes.
 fn numbers(line: &TextLine<'_>) -> Result<Vec<f64>, FileError> {
     let text = line.text.trim_start_matches('\u{feff}');
@@ -48,9 +63,7 @@ fn numbers(line: &TextLine<'_>) -> Result<Vec<f64>, FileError> {
             "write decimal points",
         ));
     }
-    let words = text.split([' ', '\t', ',']);
-    let words = words.filter(|word| !word.is_empty());
-    let found: Vec<f64> = words
+    let found: Vec<f64> = words(text)
         .map(|word| line.number(word))
         .collect::<Result<_, _>>()?;
     match found.len() {

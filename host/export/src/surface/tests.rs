@@ -35,6 +35,15 @@ fn every_program_writes_the_same_map() {
 }
 
 #[test]
+fn a_heading_may_name_the_columns_in_their_order() {
+    let (expected, _) = read(ROWS).unwrap();
+    for heading in ["x,y,z", "X Y Z A B C U V W", "# probed\nx_mm, y_mm, z_mm"] {
+        let (map, _) = read(&format!("{heading}\n{ROWS}")).unwrap();
+        assert_eq!(map, expected, "{heading}");
+    }
+}
+
+#[test]
 fn what_is_not_a_complete_grid_is_refused() {
     for (text, expected) in [
         ("", "no points"),
@@ -42,6 +51,8 @@ fn what_is_not_a_complete_grid_is_refused() {
         ("1 2\n", "2 numbers"),
         ("10,5 2,5 -0,012\n", "decimal commas"),
         ("1 2 three\n", "`three` is not a number"),
+        ("y,x,z\n1 2 3\n", "`y` is not a number"),
+        ("X1 Y2 Z3\n1 2 3\n", "`X1` is not a number"),
         ("1 2 0\n1 3 0\n", "all points have the same X"),
         ("1 2 0\n2 2 0\n", "all points have the same Y"),
         ("<html></html>", "`html` is not a height map"),

@@ -40,7 +40,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.trax")]
     add_to: Option<PathBuf>,
     /// Where the height is to be 0, in the coordinates of the points: where Z was set (default: heights as they are)
-    #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     zero: Vec<f64>,
     /// Unit of the points
     #[arg(long, value_enum, default_value_t = PointsUnit::Mm)]
