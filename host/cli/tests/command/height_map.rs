@@ -76,7 +76,7 @@ fn twist_is_written_and_read_again() {
         &split(&format!(
             "import klipper-twist {to} --machine {machine} --probe 30,0 -o {again}"
         )),
-        &["does not move a probe"],
+        &["X stood at -30.00 to 770.00 mm"],
     );
 }
 

@@ -16,11 +16,11 @@ pub fn check(text: &str) -> Result<(), FileError> {
         let Some(found) = found.filter(|_| section.name == "printer") else {
             continue;
         };
-        if OTHERS.contains(&found.value) {
+        let kinematics = found.value();
+        if OTHERS.contains(&kinematics.as_str()) {
             return Err(found.line.bad(
                 format!(
-                    "kinematics: {}: heights over X and Y are not errors of axes along X, Y and Z",
-                    found.value
+                    "kinematics: {kinematics}: heights over X and Y are not errors of axes along X, Y and Z"
                 ),
                 "let Klipper's own bed_mesh correct this printer",
             ));
@@ -51,5 +51,6 @@ mod tests {
             }
         }
         assert!(check("[bed_mesh default]\n").is_ok());
+        assert!(check("[printer]\n  max_velocity: 300\n  kinematics: delta\n").is_err());
     }
 }

@@ -1,32 +1,27 @@
 //! The place of a probe beside the nozzle, as `printer.cfg` has it.
 
-use super::config::sections;
+use super::config::{ConfigEntry, sections};
 use trueaxis_model::source::FileError;
 
-/// Sections of probes, whatever follows the word. Others have offsets, too: `[display]` that of its picture.
-const PROBES: [&str; 3] = ["probe", "bltouch", "smart_effector"];
+/// Sections whose `x_offset` is not that of a probe, whatever follows the word.
+const NOT_A_PROBE: &str = "display";
 
-/// `x_offset` and `y_offset` (mm) of the probe of a file, if it has one: of the sections of probes, in which a missing one is
-/// 0, as in Klipper, and of every other section that gives both.
+/// `x_offset` and `y_offset` (mm) of the probe of a file, if it gives either; a missing one is 0, as in Klipper.
 ///
 /// # Errors
-/// [`FileError`]: two sections that differ, no number, or no probe in a file that includes others.
+/// [`FileError`]: two sections that differ, no number, or no offset in a file that includes others.
 pub fn offset(text: &str) -> Result<Option<[f64; 2]>, FileError> {
     let mut found: Option<[f64; 2]> = None;
     let sections = sections(text);
-    let is_probe = |name: &str| PROBES.iter().any(|probe| name.starts_with(probe));
     for section in &sections {
         let given = ["x_offset", "y_offset"].map(|key| section.given(key));
-        let count = given.iter().flatten().count();
-        let Some(first) = given.into_iter().flatten().next() else {
+        let first = given.into_iter().flatten().next();
+        let Some(first) = first.filter(|_| !section.name.starts_with(NOT_A_PROBE)) else {
             continue;
         };
-        if count < 2 && !is_probe(section.name) {
-            continue;
-        }
         let mut offset = [0.0; 2];
         for (to, given) in offset.iter_mut().zip(given) {
-            *to = given.map_or(Ok(0.0), |given| given.line.number(given.value))?;
+            *to = given.map_or(Ok(0.0), ConfigEntry::number)?;
         }
         match found {
             Some(other) if other != offset => {
@@ -38,15 +33,12 @@ pub fn offset(text: &str) -> Result<Option<[f64; 2]>, FileError> {
             _ => found = Some(offset),
         }
     }
-    // What SAVE_CONFIG adds to the section of a probe is no place.
-    let is_at_nozzle = || sections.iter().any(|section| is_probe(section.name));
     match sections.iter().find(|section| section.is_include()) {
-        _ if found.is_some() => Ok(found),
-        Some(include) => Err(include.line.bad(
+        Some(include) if found.is_none() => Err(include.line.bad(
             "the probe may be in the file that is included here, which is not read",
             "give --probe X,Y: x_offset and y_offset of the probe, or 0,0 for the nozzle",
         )),
-        None => Ok(is_at_nozzle().then_some([0.0; 2])),
+        _ => Ok(found),
     }
 }
 
@@ -70,10 +62,16 @@ mod tests {
             offset("[display]\nx_offset: 2\n[bed_mesh]\n").unwrap(),
             None
         );
-        assert_eq!(
-            offset("[display]\nx_offset: 2\n[probe]\n").unwrap(),
-            Some([0.0; 2])
-        );
+        assert_eq!(offset("[display]\nx_offset: 2\n[probe]\n").unwrap(), None);
+        for name in [
+            "beacon",
+            "cartographer",
+            "dockable_probe",
+            "load_cell_probe",
+        ] {
+            let text = format!("[{name}]\n  y_offset: 25\n");
+            assert_eq!(offset(&text).unwrap(), Some([0.0, 25.0]));
+        }
         let elsewhere = "[include bltouch.cfg]\n[bed_mesh]\n";
         assert_eq!(offset(elsewhere).unwrap_err().line(elsewhere), Some(1));
         assert_eq!(

@@ -48,6 +48,11 @@ pub struct TwistTable {
 }
 
 impl TwistTable {
+    /// True if its values are only rounded.
+    fn is_zero(&self) -> bool {
+        self.values.iter().all(|value| value.abs() <= NOTHING)
+    }
+
     /// What Klipper adds to a reading of the probe.
     #[must_use]
     pub fn at(&self, position: f64) -> f64 {
@@ -69,12 +74,10 @@ fn no_axes() -> NotExported {
 /// A probe beside the nozzle of a machine.
 pub struct NozzleProbe<'m> {
     kinematics: Kinematics<'m>,
-    /// From nozzle to probe along X and Y (mm), as in `[probe]`.
+    /// From nozzle to probe (mm), as in `[probe]`: how much X and Y move until the nozzle is where the probe was.
     offset: [f64; 2],
     /// The axes X, Y, Z.
     axes: [usize; 3],
-    /// Direction of the nozzle for a positive command of X and Y.
-    signs: [f64; 2],
     /// Z where it probes (mm).
     bed: f64,
 }
@@ -96,13 +99,11 @@ impl<'m> NozzleProbe<'m> {
             return Err(no_axes());
         }
         let kinematics = Kinematics::new(machine, errors);
-        let mut signs = [0.0; 3];
         for (k, axis) in axes.into_iter().enumerate() {
             let mut q = PerAxis::default();
             let before = kinematics.nominal(&q, None).t;
             q[axis] = 1.0;
             let moved = kinematics.nominal(&q, None).t - before;
-            signs[k] = moved[k].signum();
             // A direction whose other components are a millionth is that of an axis.
             if (moved[k].abs() - 1.0).abs() > 1e-6 {
                 return Err(no_axes());
@@ -112,7 +113,6 @@ impl<'m> NozzleProbe<'m> {
             kinematics,
             offset,
             axes,
-            signs: [signs[0], signs[1]],
             bed,
         };
         probe.range(0)?;
@@ -127,8 +127,8 @@ impl<'m> NozzleProbe<'m> {
     pub fn range(&self, k: usize) -> Result<[f64; 2], NotExported> {
         let axis = &self.kinematics.machine.axes[self.axes[k]];
         let [low, high] = axis.travel;
-        let shift = self.offset[k] * self.signs[k];
-        let range = [low - shift.min(0.0), high - shift.max(0.0)];
+        let offset = self.offset[k];
+        let range = [low - offset.min(0.0), high - offset.max(0.0)];
         match range[0] < range[1] {
             true => Ok(range),
             false => Err(NotExported::new(
@@ -141,30 +141,36 @@ impl<'m> NozzleProbe<'m> {
         }
     }
 
+    /// Where the axes are (mm).
+    fn command(&self, [x, y]: [f64; 2]) -> PerAxis {
+        let mut q = PerAxis::default();
+        for (axis, value) in self.axes.into_iter().zip([x, y, self.bed]) {
+            q[axis] = value;
+        }
+        q
+    }
+
+    /// How much higher than commanded a point is that X and Y would reach with the nozzle if they moved by `offset` (mm).
+    fn up(&self, position: [f64; 2], offset: [f64; 2]) -> f64 {
+        let q = self.command(position);
+        let moved = self.command([position[0] + offset[0], position[1] + offset[1]]);
+        let nominal = self.kinematics.nominal(&q, None);
+        let actual = (self.kinematics).actual(&q, &Situation::default(), &Switches::ALL);
+        let beside = self.kinematics.nominal(&moved, None).t - nominal.t;
+        (actual.t + actual.r * (nominal.r.transpose() * beside) - nominal.t - beside).z
+    }
+
     /// How much higher the bed seems to the nozzle than to the probe, at a position of X and Y while probing (mm).
     #[must_use]
     pub fn missing(&self, position: [f64; 2]) -> f64 {
-        let command = |shift: [f64; 2]| {
-            let mut q = PerAxis::default();
-            for k in 0..2 {
-                q[self.axes[k]] = position[k] + shift[k] * self.signs[k];
-            }
-            q[self.axes[2]] = self.bed;
-            q
-        };
-        let up = |q: PerAxis, offset: [f64; 2]| {
-            let nominal = self.kinematics.nominal(&q, None);
-            let actual = (self.kinematics).actual(&q, &Situation::default(), &Switches::ALL);
-            let beside = nominal.r.transpose() * nalgebra::Vector3::new(offset[0], offset[1], 0.0);
-            (actual.t + actual.r * beside - nominal.t - nominal.r * beside).z
-        };
-        up(command([0.0; 2]), self.offset) - up(command(self.offset), [0.0; 2])
+        let [x, y] = [0, 1].map(|k| position[k] + self.offset[k]);
+        self.up(position, self.offset) - self.up([x, y], [0.0; 2])
     }
 
     /// How far the position in the table is from that of the tool while probing.
     fn shift(&self, k: usize, lookup: Lookup) -> f64 {
         match lookup {
-            Lookup::Bed => self.offset[k] * self.signs[k],
+            Lookup::Bed => self.offset[k],
             Lookup::Nozzle => 0.0,
         }
     }
@@ -225,6 +231,25 @@ impl<'m> NozzleProbe<'m> {
         nodes.map(|i| table.nodes.at(i) - shift).collect()
     }
 
+    /// Refuses a table that this machine cannot have measured with this probe.
+    fn reaches(&self, k: usize, table: &TwistTable) -> Result<(), NotExported> {
+        /// Klipper writes positions (mm) to as much.
+        const POSITIONS: f64 = 0.01;
+        let [low, high] = self.range(k)?;
+        let at = self.probed_at(k, table);
+        let (first, last) = (at[0], at[at.len() - 1]);
+        if first >= low - POSITIONS && last <= high + POSITIONS {
+            return Ok(());
+        }
+        let axis = self.kinematics.machine.axes[self.axes[k]].letter;
+        Err(NotExported::new(
+            format!(
+                "{axis} stood at {first:.2} to {last:.2} mm while probing, and nozzle and probe reach the same places from {low} to {high} mm only"
+            ),
+            PROBE,
+        ))
+    }
+
     /// The roll of X or Y (rad) that explains a table, where [`Self::probed_at`] says: E A X or E B Y.
     ///
     /// # Errors
@@ -232,6 +257,8 @@ impl<'m> NozzleProbe<'m> {
     pub fn roll(&self, k: usize, table: &TwistTable) -> Result<Vec<f64>, NotExported> {
         /// A roll for the derivative (rad).
         const ROLL: f64 = 1e-5;
+        /// The least lever (mm).
+        const LEVER: f64 = 1e-3;
         let machine = self.kinematics.machine;
         let axis = machine.axes[self.axes[k]].letter.char();
         let name = ["EAX0", "EBY0"][k];
@@ -250,16 +277,24 @@ impl<'m> NozzleProbe<'m> {
         let values = places.iter().zip(&table.values).map(|(at, value)| {
             position[k] = *at;
             let by_roll = rolled.missing(position) / ROLL;
-            // A lever below a micrometre.
-            match by_roll.abs() > 1e-3 {
-                true => Ok(value / by_roll),
-                false => Err(NotExported::new(
+            let nozzle = rolled.up(position, [0.0; 2]) / ROLL;
+            if by_roll.abs() <= LEVER {
+                return Err(NotExported::new(
                     format!(
                         "a roll of {axis} does not move a probe at this place up or down more than the nozzle that follows it"
                     ),
                     PROBE,
-                )),
+                ));
             }
+            if self.offset[k] != 0.0 && nozzle.abs() > LEVER {
+                return Err(NotExported::new(
+                    format!(
+                        "a roll of {axis} moves the nozzle up and down, too, and the nozzle follows the probe after {axis} has moved: the table cannot tell the two rolls apart"
+                    ),
+                    "place the frame of this axis (origin_mm) in the machine file so that the nozzle has no lever about it",
+                ));
+            }
+            Ok(value / by_roll)
         });
         values.collect()
     }
@@ -291,25 +326,44 @@ const KEYS: [(char, &str); 2] = [('x', "z_compensations"), ('y', "zy_compensatio
 /// # Errors
 /// [`FileError`]
 pub fn read(text: &str) -> Result<[Option<TwistTable>; 2], FileError> {
+    match tables(text)? {
+        [None, None] => Err(FileError::whole(
+            "there is no [axis_twist_compensation] with values",
+            "run AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG, and give printer.cfg",
+        )),
+        tables => Ok(tables),
+    }
+}
+
+/// Along which of X and Y the probe has measured as the nozzle would have, because a table corrected its readings.
+///
+/// # Errors
+/// As for [`read`], except that a file without tables is fine.
+pub fn corrects(text: &str) -> Result<[bool; 2], FileError> {
+    let is_one = |table: Option<TwistTable>| table.is_some_and(|table| !table.is_zero());
+    Ok(tables(text)?.map(is_one))
+}
+
+fn tables(text: &str) -> Result<[Option<TwistTable>; 2], FileError> {
     let sections = sections(text);
     let own = (sections.iter()).find(|s| s.name == "axis_twist_compensation");
     let given = |key: &str| own.and_then(|section| section.given(key));
     let mut tables = [None, None];
     for (table, (letter, key)) in tables.iter_mut().zip(KEYS) {
-        let Some(values) = given(key) else { continue };
+        // Klipper takes an empty list for no table.
+        let Some(values) = given(key).filter(|values| !values.lines.is_empty()) else {
+            continue;
+        };
         let number = |which: &str| {
             let key = format!("compensation_{which}_{letter}");
             let missing = || {
                 let message = format!("[axis_twist_compensation] has no `{key}`");
                 values.line.bad(message, STORED)
             };
-            let entry = given(&key).ok_or_else(missing)?;
-            entry.line.number(entry.value)
+            given(&key).ok_or_else(missing)?.number()
         };
         let range = [number("start")?, number("end")?];
-        let words = values.value.split(',').map(str::trim);
-        let found: Vec<f64> =
-            (words.map(|word| values.line.number(word))).collect::<Result<_, _>>()?;
+        let found = values.numbers()?;
         if let Some(value) = found.iter().find(|v| v.abs() >= HIGHEST) {
             let message = format!("`{key}` has {value}: no axis twists that far");
             return Err(values
@@ -325,13 +379,7 @@ pub fn read(text: &str) -> Result<[Option<TwistTable>; 2], FileError> {
             values: found,
         });
     }
-    match tables {
-        [None, None] => Err(FileError::whole(
-            "there is no [axis_twist_compensation] with values",
-            "run AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG, and give printer.cfg",
-        )),
-        tables => Ok(tables),
-    }
+    Ok(tables)
 }
 
 /// The tables along X and Y of what [`print()`] has written, as the firmware reads them.
@@ -356,36 +404,67 @@ const STORED: &str =
 /// A value (mm) that is only rounded: the tables have six decimals.
 const NOTHING: f64 = 1e-6;
 
-/// An error file with the rolls that explain the tables; a table of nothing has none.
-///
-/// # Errors
-/// [`NotExported`]
-pub fn errors(
-    probe: &NozzleProbe<'_>,
-    tables: &[Option<TwistTable>; 2],
-) -> Result<String, NotExported> {
-    let name = toml::Value::from(probe.kinematics.machine.name.as_str());
-    let mut text =
-        format!("# Roll of X and Y from [axis_twist_compensation] of Klipper.\nmachine = {name}\n");
-    for (k, twist) in tables.iter().enumerate() {
-        let Some(twist) = twist
-            .as_ref()
-            .filter(|t| t.values.iter().any(|v| v.abs() > NOTHING))
-        else {
-            continue;
+/// The rolls that explain tables.
+#[derive(Clone, Debug)]
+pub struct TwistErrors {
+    /// The error file.
+    pub text: String,
+    /// Names of the motions in it; a table of nothing has none.
+    pub motions: Vec<&'static str>,
+    /// What no roll explains, and why.
+    pub left_out: Vec<String>,
+}
+
+impl TwistErrors {
+    /// The rolls that explain the tables.
+    ///
+    /// # Errors
+    /// [`NotExported`]: the axes cannot have stood there, or no roll explains any of the tables.
+    pub fn of(
+        probe: &NozzleProbe<'_>,
+        tables: &[Option<TwistTable>; 2],
+    ) -> Result<Self, NotExported> {
+        let name = toml::Value::from(probe.kinematics.machine.name.as_str());
+        let mut found = Self {
+            text: format!(
+                "# Roll of X and Y from [axis_twist_compensation] of Klipper.\nmachine = {name}\n"
+            ),
+            motions: Vec::new(),
+            left_out: Vec::new(),
         };
-        let list = |values: &mut dyn Iterator<Item = String>| values.collect::<Vec<_>>().join(", ");
-        let places = probe.probed_at(k, twist).into_iter();
-        let at = list(&mut places.map(|at| format!("{:?}", rounded(at, 1e9))));
-        let roll = probe.roll(k, twist)?;
-        let values = list(&mut roll.iter().map(|v| format!("{:?}", rounded(v * 1e6, 1e6))));
-        let _ = write!(
-            text,
-            "\n[tabulated.{}]\nat = [{at}]\nvalue = [{values}]\nunit = \"urad\"\n",
-            ["EAX", "EBY"][k]
-        );
+        let mut refused = None;
+        for (k, table) in tables.iter().enumerate() {
+            let Some(table) = table.as_ref().filter(|table| !table.is_zero()) else {
+                continue;
+            };
+            probe.reaches(k, table)?;
+            let roll = match probe.roll(k, table) {
+                Ok(roll) => roll,
+                Err(error) => {
+                    found
+                        .left_out
+                        .push(format!("{}: {}", KEYS[k].1, error.cause));
+                    refused = Some(error);
+                    continue;
+                }
+            };
+            let list =
+                |values: &mut dyn Iterator<Item = String>| values.collect::<Vec<_>>().join(", ");
+            let places = probe.probed_at(k, table).into_iter();
+            let at = list(&mut places.map(|at| format!("{:?}", rounded(at, 1e9))));
+            let values = list(&mut roll.iter().map(|v| format!("{:?}", rounded(v * 1e6, 1e6))));
+            let motion = ["EAX", "EBY"][k];
+            let _ = write!(
+                found.text,
+                "\n[tabulated.{motion}]\nat = [{at}]\nvalue = [{values}]\nunit = \"urad\"\n"
+            );
+            found.motions.push(motion);
+        }
+        match refused.filter(|_| found.motions.is_empty()) {
+            Some(error) => Err(error),
+            None => Ok(found),
+        }
     }
-    Ok(text)
 }
 
 /// To 1 / `steps`, and never −0.

@@ -21,7 +21,7 @@ pub struct Arguments {
     #[command(flatten)]
     files: MachineFiles,
     /// x_offset and y_offset of [probe]
-    #[arg(long, value_name = "X,Y", required = true, value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "X,Y", required = true, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     probe: Vec<f64>,
     /// Position of Z at which it touches the bed
     #[arg(long, value_name = "mm", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]

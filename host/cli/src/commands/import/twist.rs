@@ -8,7 +8,7 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use std::path::PathBuf;
 use trueaxis_export::klipper::kinematics;
-use trueaxis_export::klipper::twist::{self, NozzleProbe};
+use trueaxis_export::klipper::twist::{self, NozzleProbe, TwistErrors};
 use trueaxis_model::errors::ErrorModel;
 
 /// Read the twist that Klipper has measured (axis_twist_compensation) as roll of X and Y
@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_name = "machine.toml")]
     machine: PathBuf,
     /// x_offset and y_offset of the probe (default: those in FILE)
-    #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     probe: Vec<f64>,
     /// Where to write the errors
     #[arg(short, long, value_name = "ERRORS.toml")]
@@ -44,20 +44,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let perfect = ErrorModel::perfect(&machine);
     let offset = probe_offset(&text, &arguments.probe)?.ok_or_else(|| {
         BadInput::new(
-            format!("{}: there is no probe in it", text.name),
+            format!("{}: it does not say where the probe is", text.name),
             "give --probe X,Y: x_offset and y_offset of the probe",
         )
     })?;
     let found = NozzleProbe::new(&machine, &perfect, offset, 0.0)
-        .and_then(|probe| twist::errors(&probe, &tables));
+        .and_then(|probe| TwistErrors::of(&probe, &tables));
     let found = found.map_err(|error| refused(&error, table))?;
-    files::write(output, found.as_bytes())?;
-    let motions = ["EAX", "EBY"].into_iter();
-    let motions: Vec<&str> = motions.filter(|name| found.contains(name)).collect();
-    let motions = match motions[..] {
+    files::write(output, found.text.as_bytes())?;
+    let motions = match found.motions[..] {
         [] => "the tables are zero".to_owned(),
-        _ => motions.join(", "),
+        _ => found.motions.join(", "),
     };
-    files::print(&format!("{}: {motions}\n", output.display()))?;
+    let left_out = found.left_out.iter().map(|why| format!("left out {why}\n"));
+    let left_out: String = left_out.collect();
+    files::print(&format!("{}: {motions}\n{left_out}", output.display()))?;
     Ok(Outcome::Done)
 }

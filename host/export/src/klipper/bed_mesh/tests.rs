@@ -99,3 +99,65 @@ y_count = 3 | y_count = 1e9 | 17 | `1e9` is not a number of points
 max_x = 25.0 | max_x = 5 | 22 | not after the start";
     are_refused(SAVED, rows, |text| read(text, None));
 }
+
+/// A profile of `count` × `count` points over a square, with all heights zero.
+fn square(bed: &str, count: usize, [low, high]: [f64; 2]) -> String {
+    let rows = format!("  {}\n", vec!["0.0"; count].join(", ")).repeat(count);
+    format!(
+        "{bed}\n[bed_mesh default]\nversion = 1\npoints =\n{rows}x_count = {count}\ny_count = {count}\n\
+         min_x = {low}\nmax_x = {high}\nmin_y = {low}\nmax_y = {high}\n"
+    )
+}
+
+/// The number of points in each row that were probed.
+fn probed_in_rows(text: &str) -> Vec<usize> {
+    let map = read(text, None).unwrap();
+    let rows = map.probed.chunks(map.grid.nodes[0].count);
+    rows.map(|row| row.iter().filter(|probed| **probed).count())
+        .collect()
+}
+
+#[test]
+fn only_points_within_the_radius_of_a_round_bed_were_probed() {
+    // Steps of 33.33 mm: points with i² + j² ≤ (100 / 33.33)² = 9.002.
+    let text = "[bed_mesh]\nmesh_radius: 100.04\nmesh_origin: 150, 150\n";
+    let text = square(text, 7, [50.01, 249.99]);
+    assert_eq!(probed_in_rows(&text), [1, 5, 5, 7, 5, 5, 1]);
+    // The middles of the rows, where the row is not full.
+    let map = read(&text, None).unwrap();
+    assert_eq!(map.probed[..7], [0, 0, 0, 1, 0, 0, 0].map(|one| one == 1));
+    // Steps of 10 mm: the points on the circle, as 30 and 40 mm, count. A circle of radius 5 has 81 whole points.
+    let text = square("[bed_mesh]\nmesh_radius: 50\n", 11, [-50.0, 50.0]);
+    assert_eq!(probed_in_rows(&text).iter().sum::<usize>(), 81);
+    for (from, to) in [
+        ("mesh_radius: 50", "mesh_radius: 60"),
+        ("mesh_radius: 50", "mesh_radius: 50\nmesh_origin: 5, 0"),
+    ] {
+        let other = text.replace(from, to);
+        let error = read(&other, None).unwrap_err();
+        assert!(error.message.contains("another mesh_radius"), "{error:?}");
+        assert_eq!(error.line(&other), Some(2));
+    }
+}
+
+#[test]
+fn points_in_a_faulty_region_were_not_probed() {
+    let bed = "[bed_mesh]\nfaulty_region_1_min: 20, 10\nfaulty_region_1_max: 0, 20\n\
+               faulty_region_2_min: 35, 35\nfaulty_region_2_max: 45, 45\n";
+    // Points at 0, 10 … 40: three by two, ends included, and one.
+    let text = square(bed, 5, [0.0, 40.0]);
+    assert_eq!(probed_in_rows(&text), [5, 2, 2, 5, 4]);
+    let text = text.replace("faulty_region_2_max: 45, 45", "faulty_region_2_max: 45");
+    let error = read(&text, None).unwrap_err();
+    assert!(error.message.contains("needs two numbers"), "{error:?}");
+    let elsewhere = square("[include bed.cfg]", 5, [0.0, 40.0]);
+    let error = read(&elsewhere, None).unwrap_err();
+    assert_eq!(error.line(&elsewhere), Some(1), "{error:?}");
+}
+
+#[test]
+fn the_first_row_of_points_may_stand_beside_the_key() {
+    let beside = SAVED.replace("points =\n#*# \t ", "points =");
+    assert_ne!(beside, SAVED);
+    assert_eq!(read(&beside, None).unwrap(), read(SAVED, None).unwrap());
+}

@@ -203,3 +203,111 @@ fn what_klipper_has_measured_is_the_roll_where_the_tool_stood() {
         assert!((found - (roll(*x) - middle)).abs() < 1e-8, "{found} {x}");
     }
 }
+
+/// A portal without errors; the nozzle is `y` mm beside the guide of X.
+fn with_tip(y: &str) -> Machine {
+    let text = include_str!("../../../../../examples/router/machine.toml");
+    let tip = "tip_mm = [0.0, 0.0, -60.0]";
+    assert!(text.contains(tip));
+    Machine::from_toml(&text.replace(tip, &format!("tip_mm = [0.0, {y}, -60.0]"))).unwrap()
+}
+
+fn table(ends: [f64; 2]) -> TwistTable {
+    TwistTable {
+        nodes: Nodes::over(ends, 3),
+        values: vec![-0.01, 0.0, 0.01],
+    }
+}
+
+/// A roll a(x) lifts the probe by a(x) (t + y), the nozzle after X has moved by a(x + x_offset) t: with t ≠ 0, two rolls.
+#[test]
+fn a_nozzle_with_a_lever_of_its_own_is_refused_unless_the_probe_is_straight_before_it() {
+    let machine = with_tip("-60.0");
+    let perfect = ErrorModel::perfect(&machine);
+    let roll = |offset: [f64; 2]| {
+        let probe = NozzleProbe::new(&machine, &perfect, offset, 0.0).unwrap();
+        probe.roll(0, &table([100.0, 300.0]))
+    };
+    let cause = roll([30.0, -20.0]).unwrap_err().cause;
+    assert!(cause.contains("cannot tell the two rolls apart"), "{cause}");
+    // t + y − t = −20: values of ±0.01 mm by the lever; the derivative is taken over 10 µrad, second order.
+    let found = roll([0.0, -20.0]).unwrap();
+    assert!(
+        (found[0] - 5e-4).abs() < 1e-8 && (found[2] + 5e-4).abs() < 1e-8,
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_table_over_positions_that_the_machine_does_not_reach_is_refused() {
+    let machine = machine();
+    let perfect = ErrorModel::perfect(&machine);
+    let probe = NozzleProbe::new(&machine, &perfect, [30.0, -20.0], 0.0).unwrap();
+    let errors_of = |ends: [f64; 2]| TwistErrors::of(&probe, &[Some(table(ends)), None]);
+    // The probe reaches 30 to 830, the nozzle 0 to 800; the axes then stand 30 mm before.
+    assert!(
+        errors_of([30.0, 800.0])
+            .unwrap()
+            .text
+            .contains("at = [0.0, 385.0, 770.0]")
+    );
+    for (ends, stood) in [
+        ([10.0, 800.0], "-20.00 to 770.00"),
+        ([1000.0, 2000.0], "970.00 to 1970.00"),
+        ([30.0, 801.0], "0.00 to 771.00"),
+    ] {
+        let cause = errors_of(ends).unwrap_err().cause;
+        assert!(cause.contains(&format!("X stood at {stood} mm")), "{cause}");
+        assert!(cause.contains("from 0 to 770 mm only"), "{cause}");
+    }
+}
+
+#[test]
+fn a_table_that_no_roll_explains_does_not_take_the_other_with_it() {
+    let machine = machine();
+    let perfect = ErrorModel::perfect(&machine);
+    let probe = NozzleProbe::new(&machine, &perfect, [30.0, -20.0], 0.0).unwrap();
+    let found = TwistErrors::of(
+        &probe,
+        &[Some(table([100.0, 300.0])), Some(table([100.0, 300.0]))],
+    );
+    let found = found.unwrap();
+    assert_eq!(found.motions, ["EAX"]);
+    assert!(found.left_out[0].starts_with("zy_compensations: a roll of Y does not move"));
+    assert!(TwistErrors::of(&probe, &[None, Some(table([100.0, 300.0]))]).is_err());
+}
+
+#[test]
+fn values_may_stand_on_the_lines_after_the_key() {
+    let text = "[axis_twist_compensation]\nz_compensations:\n  -0.01, 0.0,\n  0.01\ncompensation_start_x: 20\n\
+                compensation_end_x:\n 200\nzy_compensations:\n";
+    let [x, y] = read(text).unwrap();
+    assert_eq!(x.unwrap(), table([20.0, 200.0]));
+    assert_eq!(y, None);
+    assert_eq!(corrects(text).unwrap(), [true, false]);
+    assert_eq!(corrects("[axis_twist_compensation]\n").unwrap(), [false; 2]);
+}
+
+/// A bed that moves along Y, to either side for a positive command. Its errors are functions of the command.
+#[test]
+fn the_offset_of_the_probe_counts_along_commands() {
+    for reversed in [false, true] {
+        let text = format!(
+            "name = \"P\"\n[[axis]]\nname = \"Y\"\nbranch = \"workpiece\"\nrange = [0.0, 240.0]\nreversed = {reversed}\n\
+             [[axis]]\nname = \"Z\"\nbranch = \"tool\"\nrange = [-10.0, 400.0]\n\
+             [[axis]]\nname = \"X\"\nbranch = \"tool\"\nrange = [0.0, 240.0]\n\
+             [spindle]\naxis = \"z\"\n[tool]\ntip_mm = [0.0, 0.0, -40.0]\n"
+        );
+        let machine = Machine::from_toml(&text).unwrap();
+        let text = "machine = \"P\"\n[parameters]\nEZY1 = 1e-4\nEZY2 = 1e-6\n";
+        let errors = ErrorModel::from_toml(text, &machine).unwrap();
+        let probe = NozzleProbe::new(&machine, &errors, [0.0, 25.0], 0.0).unwrap();
+        assert_eq!(probe.range(1).unwrap(), [0.0, 215.0]);
+        // The nozzle comes 25 mm after the probe. Differences are rounded at positions up to 240 mm.
+        let bed = |y: f64| 1e-4 * y + 1e-6 * y * y;
+        for y in [0.0, 100.0, 200.0] {
+            let (found, expected) = (probe.missing([120.0, y]), bed(y + 25.0) - bed(y));
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+}
