@@ -25,23 +25,20 @@ pub(crate) fn check_height(line: &TextLine<'_>, height: f64) -> Result<(), FileE
 /// Positions of X and Y, and the value of Z that touches there (mm).
 pub type MapPoint = [f64; 3];
 
-/// A map.
+/// A map over X and Y.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightMap {
-    /// Letters of the two axes.
-    pub axes: [char; 2],
-    /// The values (mm).
+    /// The values (mm) over X and Y.
     pub grid: SampledGrid<1>,
     /// For each value, whether it was probed.
     pub probed: Vec<bool>,
 }
 
 impl HeightMap {
-    /// A map over X and Y with all values known.
+    /// A map of which all values were probed.
     #[must_use]
     pub fn new(grid: SampledGrid<1>) -> Self {
         Self {
-            axes: ['X', 'Y'],
             probed: vec![true; grid.values.len()],
             grid,
         }

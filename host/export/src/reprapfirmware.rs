@@ -122,7 +122,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
             "keep the line as the firmware writes it, like `xmin,xmax,ymin,ymax,radius,xspacing,yspacing,xnum,ynum`",
         )
     })?;
-    let (axes, nodes) = parameters(lines.next().ok_or_else(missing)?, version)?;
+    let nodes = parameters(lines.next().ok_or_else(missing)?, version)?;
     let (mut values, mut probed) = (Vec::new(), Vec::new());
     for _ in 0..nodes[1].count {
         let line = lines.next().ok_or_else(missing)?;
@@ -146,7 +146,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
         nodes: nodes.to_vec(),
         values,
     };
-    Ok(HeightMap { axes, grid, probed })
+    Ok(HeightMap { grid, probed })
 }
 
 /// The heights of a position of the second axis.
@@ -161,8 +161,8 @@ fn row<'t>(line: &TextLine<'t>, count: usize) -> Result<Vec<&'t str>, FileError>
     }
 }
 
-/// The third line: letters, nodes along each axis.
-fn parameters(line: &TextLine<'_>, version: usize) -> Result<([char; 2], [Nodes; 2]), FileError> {
+/// The third line: nodes along each axis.
+fn parameters(line: &TextLine<'_>, version: usize) -> Result<[Nodes; 2], FileError> {
     let words: Vec<&str> = line.text.split(',').map(str::trim).collect();
     let count = LABELS[version].split(',').count();
     if words.len() < count {
@@ -175,14 +175,10 @@ fn parameters(line: &TextLine<'_>, version: usize) -> Result<([char; 2], [Nodes;
         ));
     }
     let letters = if version == 2 { 2 } else { 0 };
-    let axes = match letters {
-        0 => ['X', 'Y'],
-        _ => [letter(line, words[0])?, letter(line, words[1])?],
-    };
-    if axes[0] == axes[1] {
+    if letters == 2 && words[..2] != ["X", "Y"] {
         return Err(line.bad(
-            format!("a map over {} and {}", axes[0], axes[1]),
-            "write X and Y, or the letters of the axes that were probed",
+            format!("a map over `{}` and `{}`", words[0], words[1]),
+            "give a map of Z over X and Y",
         ));
     }
     let words = &words[letters..];
@@ -193,21 +189,10 @@ fn parameters(line: &TextLine<'_>, version: usize) -> Result<([char; 2], [Nodes;
         _ => [words[5], words[6]],
     };
     let counts = &words[if version == 0 { 6 } else { 7 }..];
-    let nodes = [
+    Ok([
         nodes(line, low_0?, spacings[0], counts[0])?,
         nodes(line, low_1?, spacings[1], counts[1])?,
-    ];
-    Ok((axes, nodes))
-}
-
-fn letter(line: &TextLine<'_>, word: &str) -> Result<char, FileError> {
-    let mut letters = word.chars().filter(char::is_ascii_uppercase);
-    letters.next().filter(|_| word.len() == 1).ok_or_else(|| {
-        line.bad(
-            format!("`{word}` is not the letter of an axis"),
-            "write X and Y, or the letters of the axes that were probed",
-        )
-    })
+    ])
 }
 
 fn nodes(line: &TextLine<'_>, low: f64, spacing: &str, count: &str) -> Result<Nodes, FileError> {

@@ -10,6 +10,7 @@ use trueaxis_direct::{AxisRuns, MeasuredRuns};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense};
 use trueaxis_model::formats::csv;
+use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
@@ -122,14 +123,28 @@ fn take(
     Ok(())
 }
 
-/// Heights at which a tool touches a flat surface, each with its position (mm, deg), in the direction of a linear axis (by
-/// index): one set-up that reads displacements, whose zero and tilt are unknown. The tool has then gone farther than
-/// commanded by minus the height.
+/// Heights at which a probe touches a flat surface, each with the positions of the axes (mm, deg), in the direction of a linear
+/// axis (by index): one set-up that reads displacements, whose zero and tilt are unknown. The probe has then gone farther
+/// than commanded by minus the height. Motions by `beside` (mm, linear axes only) would bring the tool tip to where the probe is.
+///
+/// The positions are those of the axes at height zero: errors hardly change over a height, and if they were stated with it,
+/// minus a scale of the axis would explain all heights.
 #[must_use]
-pub fn of_surface(name: &str, axis: usize, touches: &[(PerAxis, f64)]) -> Observations {
+pub fn of_surface(
+    name: &str,
+    machine: &Machine,
+    axis: usize,
+    beside: &PerAxis,
+    touches: &[(PerAxis, f64)],
+) -> Observations {
+    let perfect = ErrorModel::perfect(machine);
+    let kinematics = Kinematics::new(machine, &perfect);
+    let [tip, probe] = [&PerAxis::default(), beside].map(|q| kinematics.nominal(q, None));
+    let is_beside = beside.iter().any(|by| *by != 0.0);
+    let place = Vector3::from(machine.tip) + tip.r.transpose() * (probe.t - tip.t);
     let tool = ToolPoint {
         name: name.to_owned(),
-        place: None,
+        place: is_beside.then_some(place),
         known: PlacePrior::Exactly,
     };
     let mut all = setup(name, Kind::Displacement, SetupPriors::default(), tool);
