@@ -267,7 +267,18 @@ const CURRENT: &str = "1.1";
 fn current(ini: &Ini, start: &FileLocation) -> Result<(), FileError> {
     let version = ini.get("EMC", "VERSION");
     let (place, is) = match version {
-        Some(entry) if entry.value == CURRENT => return Ok(()),
+        Some(entry) if entry.value == CURRENT => {
+            // Since 2.8 the sections of axes have letters.
+            return match ini.section("AXIS_0") {
+                Some(joint) if ini.get("KINS", "JOINTS").is_none() => Err(joint.error(
+                    "[AXIS_0] is a joint, as before LinuxCNC 2.8, and [EMC]VERSION keeps LinuxCNC from converting the file"
+                        .to_owned(),
+                    "here",
+                    "take VERSION out of [EMC] and start LinuxCNC once with this file: it converts the file, and asks before; then try again",
+                )),
+                _ => Ok(()),
+            };
+        }
         Some(entry) => (&entry.place, format!("is `{}`", entry.value)),
         None => (ini.section("EMC").unwrap_or(start), "is missing".to_owned()),
     };

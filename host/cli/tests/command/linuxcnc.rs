@@ -1108,6 +1108,12 @@ fn a_file_that_linuxcnc_would_convert_is_converted_by_linuxcnc_itself() {
         has(&said, "before LinuxCNC 2.8");
         has(&said, "start LinuxCNC once");
     }
+    // Joints as before 2.8, with the version of today.
+    let folder = plain_mill("XYZ", &[["JOINTS = 3\n", ""], ["[AXIS_X]", "[AXIS_0]"]]);
+    let (code, said) = set_up(&folder, &[]);
+    assert_eq!(code, Some(2), "{said}");
+    has(&said, "before LinuxCNC 2.8");
+    has(&said, "start LinuxCNC once");
     // LinuxCNC does not convert this one, and does not start with it.
     let folder = plain_mill("XYZ", &[["JOINTS = 3\n", ""]]);
     let (code, said) = set_up(&folder, &[]);
