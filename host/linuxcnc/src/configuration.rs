@@ -195,11 +195,9 @@ impl Configuration {
         let limit = |key| self.limit(joint, key).map(|(value, _)| value);
         let travel = limit("MAX_LIMIT").zip(limit("MIN_LIMIT"));
         let wrapped = self.of_axis(joint, "WRAPPED_ROTARY");
-        let most = match wrapped.is_some_and(|entry| entry.value == "1") {
-            true => 359.0,
-            false => ENDLESS,
-        };
-        joint.is_rotary() && travel.is_none_or(|(high, low)| high - low > most)
+        let is_wrapped = wrapped.is_some_and(|entry| entry.value == "1");
+        let is_none = |(high, low)| high - low > ENDLESS || is_wrapped && high - low >= 360.0;
+        joint.is_rotary() && travel.is_none_or(is_none)
     }
 
     /// The word for the linear unit of the machine, as the component reads it.
