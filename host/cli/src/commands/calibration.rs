@@ -10,9 +10,10 @@ pub use site::{Corrects, Errand, Moves, Site};
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files::{self, Text, quoted};
+use super::files::{self, Text};
 use super::identify::no_model;
 use super::number::positive;
+use super::output::{self, quoted};
 use super::plan;
 use super::probings::said;
 use super::qualify;
@@ -104,7 +105,7 @@ impl<'a> CalibrationFiles<'a> {
                 "give --from probe, identify, compile or load to continue it, or another --folder",
             ));
         }
-        files::make_folder(&folder, "--folder")?;
+        output::make_folder(&folder, "--folder")?;
         let model = match &options.model {
             Some(given) => given.parse(),
             None => usual_model(&machine, &artefact),
@@ -122,11 +123,11 @@ impl<'a> CalibrationFiles<'a> {
     pub fn run(&self, site: &mut Site<'_>) -> Result<Outcome, BadInput> {
         let options = self.options;
         let folder = self.folder.display();
-        files::print(&format!("{}: calibration in {folder}\n", self.machine.name))?;
+        output::print(&format!("{}: calibration in {folder}\n", self.machine.name))?;
         if options.from <= CalibrationStep::Plan {
             self.plan()?;
         } else {
-            files::print(&format!(
+            output::print(&format!(
                 "begins with the files of the earlier steps; {} changes only if the new compensation is kept\n",
                 site.place()
             ))?;
@@ -140,21 +141,21 @@ impl<'a> CalibrationFiles<'a> {
         let mut machine = OnSite { files: self, site };
         let why = match calibration.run(options.from, &mut machine)? {
             CalibrationEnd::InUse => {
-                files::print(&format!("{place} is in use, and switched on\n"))?;
+                output::print(&format!("{place} is in use, and switched on\n"))?;
                 return Ok(Outcome::Done);
             }
             CalibrationEnd::Unchanged(why) => why,
         };
         match &why {
             Unchanged::NotProbed => return Ok(Outcome::CheckFailed),
-            Unchanged::MightHarm(benefit) => files::print(&format!(
+            Unchanged::MightHarm(benefit) => output::print(&format!(
                 "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would remain, \
                  because so much is not known of them\n",
                 benefit.before_um, benefit.after_um
             ))?,
             _ => {}
         }
-        files::print(&format!("nothing is loaded: {why}\n"))?;
+        output::print(&format!("nothing is loaded: {why}\n"))?;
         Ok(Outcome::CheckFailed)
     }
 
@@ -174,7 +175,7 @@ impl<'a> CalibrationFiles<'a> {
     /// Shows the command that would do by itself what comes next with the machine file.
     fn show(&self, command: &str, words: &str) -> Result<(), BadInput> {
         let machine = quoted(self.options.machine.display());
-        files::print(&format!("\n$ trueaxis {command} {machine} {words}\n"))
+        output::print(&format!("\n$ trueaxis {command} {machine} {words}\n"))
     }
 
     /// Plans, and writes what is to be probed.
@@ -206,7 +207,7 @@ impl<'a> CalibrationFiles<'a> {
         })?;
         let write = |name: &str, rows: &Probings| {
             let csv = probings::write_plan(rows, machine);
-            files::write(&self.file(name), csv.as_bytes())
+            output::write(&self.file(name), csv.as_bytes())
         };
         let plan = &rows.planned.judgement.plan;
         write("plan.csv", plan)?;
@@ -289,7 +290,7 @@ impl<'a> CalibrationFiles<'a> {
         };
         let (found, log) = qualify::qualified(&self.machine, &known, &self.file("ball.csv"))?;
         let output = self.file("probe.toml");
-        files::write(&output, found.file.to_toml().as_bytes())?;
+        output::write(&output, found.file.to_toml().as_bytes())?;
         qualify::show(&found, &log, &known, Some(&output))
     }
 
@@ -305,9 +306,9 @@ impl<'a> CalibrationFiles<'a> {
         let found = self.touched("plan.csv", "touches.csv")?;
         let output = self.file("probings.csv");
         let csv = probings::write(&found.probings, &self.machine);
-        files::write(&output, csv.as_bytes())?;
+        output::write(&output, csv.as_bytes())?;
         let said = said(&found, false);
-        files::print(&format!("{}: {said}", output.display()))?;
+        output::print(&format!("{}: {said}", output.display()))?;
         let accept = if self.options.accept_places {
             " --accept-places"
         } else {
@@ -331,14 +332,14 @@ impl<'a> CalibrationFiles<'a> {
     /// Keeps a copy of the compensation in use, beside those of earlier trials in this folder: the first is `previous.trax`.
     fn keep_previous(&self, active: &Path) -> Result<(), BadInput> {
         let bytes = files::read_bytes(active)?;
-        let path = files::kept_at(&bytes, |number| match number {
+        let path = output::kept_at(&bytes, |number| match number {
             1 => self.file("previous.trax"),
             _ => self.file(&format!("previous-{number}.trax")),
         })?;
         if !path.exists() {
-            files::write(&path, &bytes)?;
+            output::write(&path, &bytes)?;
         }
-        files::print(&format!(
+        output::print(&format!(
             "{} is now as in {}: it returns unless the new compensation is kept\n",
             active.display(),
             path.display()

@@ -12,6 +12,7 @@ use super::error_source;
 use super::files::{self, MachineFiles};
 use super::number::positive;
 use super::offered;
+use super::output;
 use super::policy::PolicyArguments;
 use super::position_argument;
 use super::progress::ProgressBarOnScreen;
@@ -152,21 +153,21 @@ impl Arguments {
         if target_file.exists() {
             inputs.push(target_file);
         }
-        if files::is_screen(&self.output) {
+        if output::is_screen(&self.output) {
             return Err(BadInput::new(
                 "-o -: a compensation is not text, and does not go to the screen",
                 "give -o the name of a file",
             ));
         }
-        files::prepare(&self.output, &inputs)?;
+        output::prepare(&self.output, &inputs)?;
         let target = target::read(&self.target)?;
         let (machine, errors) = self.files.read()?;
         let wanted = self.wanted(&machine, target)?;
         for one in &wanted {
-            files::prepare(&one.output, &inputs)?;
+            output::prepare(&one.output, &inputs)?;
         }
         if let Some(page) = &self.report {
-            files::prepare(page, &inputs)?;
+            output::prepare(page, &inputs)?;
             if wanted.len() > 1 || *page == self.output {
                 return Err(BadInput::new(
                     "--report is for one compensation, and a file of its own",

@@ -1,7 +1,7 @@
 //! `trueaxis completions` and `trueaxis man`
 
 use super::bad_input::BadInput;
-use super::{Cli, Outcome, files};
+use super::{Cli, Outcome, output};
 use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut script = Vec::new();
     let mut command = Cli::command();
     clap_complete::generate(arguments.shell, &mut command, "trueaxis", &mut script);
-    files::print(&String::from_utf8_lossy(&script))?;
+    output::print(&String::from_utf8_lossy(&script))?;
     Ok(Outcome::Done)
 }
 
@@ -44,7 +44,7 @@ pub fn man(arguments: &Pages) -> Result<Outcome, BadInput> {
     let mut command = Cli::command();
     command.build();
     let count = write_pages(&command, folder)?;
-    files::print(&format!("{count} pages in {}\n", folder.display()))?;
+    output::print(&format!("{count} pages in {}\n", folder.display()))?;
     Ok(Outcome::Done)
 }
 
@@ -55,7 +55,7 @@ fn write_pages(command: &Command, folder: &Path) -> Result<usize, BadInput> {
     page.render(&mut text).map_err(|error| {
         BadInput::new(format!("{file}: {error}"), "give a folder on another disk")
     })?;
-    files::write(&folder.join(file), &text)?;
+    output::write(&folder.join(file), &text)?;
     let mut count = 1;
     for inner in command.get_subcommands() {
         if inner.get_name() != "help" {

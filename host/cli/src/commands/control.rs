@@ -2,9 +2,9 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files;
 use super::hal::PinValues;
 use super::monitor::{activation, conditions};
+use super::output;
 use super::port::Connection;
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
@@ -128,7 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let done =
         trueaxis_link::control(&mut client, &action).map_err(|error| port.refused(&error))?;
     if arguments.json {
-        files::print_json(&object(&done))?;
+        output::print_json(&object(&done))?;
     } else {
         let controller = &done.after.controller;
         let machine = match controller.machine.as_str() {
@@ -137,7 +137,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         };
         let (firmware, board) = (&controller.firmware, &controller.board);
         let head = format!("{}: {firmware} on {board}, {machine}\n", port.port);
-        files::print(&text(head, &lines(&done.before), &lines(&done.after)))?;
+        output::print(&text(head, &lines(&done.before), &lines(&done.after)))?;
     }
     Ok(Outcome::Done)
 }
@@ -210,10 +210,10 @@ fn in_hal(arguments: &Arguments) -> Result<Outcome, BadInput> {
         after = PinValues::read()?;
     }
     if arguments.json {
-        files::print_json(&json!({"before": before.object(), "after": after.object()}))?;
+        output::print_json(&json!({"before": before.object(), "after": after.object()}))?;
     } else {
         let head = "HAL: trueaxis\n".to_owned();
-        files::print(&text(head, &before.lines(), &after.lines()))?;
+        output::print(&text(head, &before.lines(), &after.lines()))?;
     }
     match (&arguments.what, after.load_fault()) {
         (ControlCommand::Reload, Some(fault)) => {

@@ -2,6 +2,7 @@
 
 use super::bad_input::BadInput;
 use super::files::{self, Text};
+use super::output;
 use super::{Outcome, screen};
 use clap::Args;
 use serde::Serialize;
@@ -73,8 +74,8 @@ impl EvalAlong {
         others: &[&Path],
     ) -> Result<Vec<Vec<f64>>, BadInput> {
         if let Some(output) = &self.output {
-            files::prepare(output, others)?;
-            files::prepare(output, &[&self.positions])?;
+            output::prepare(output, others)?;
+            output::prepare(output, &[&self.positions])?;
         }
         let text = Text::read(&self.positions)?;
         positions::read(&text.text, inputs).map_err(|e| text.bad(e))
@@ -119,12 +120,12 @@ impl EvalAlong {
         outside: &[Outside<T>],
     ) -> Result<Outcome, BadInput> {
         match &self.output {
-            None if self.json => files::print_json(answer)?,
-            None => files::print(&csv())?,
+            None if self.json => output::print_json(answer)?,
+            None => output::print(&csv())?,
             Some(path) => {
-                files::write(path, csv().as_bytes())?;
+                output::write(path, csv().as_bytes())?;
                 if self.json {
-                    files::print_json(&EvalWritten {
+                    output::print_json(&EvalWritten {
                         policy: policy.map(PolicyName::from),
                         file: path,
                         rows,
@@ -133,7 +134,7 @@ impl EvalAlong {
                 } else {
                     let policy = policy.map(screen::policy).unwrap_or_default();
                     let written = path.display();
-                    files::print(&format!("{written}: {what} of {rows} positions\n{policy}"))?;
+                    output::print(&format!("{written}: {what} of {rows} positions\n{policy}"))?;
                 }
             }
         }

@@ -2,7 +2,8 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files::{self, MachineFiles};
+use super::files::MachineFiles;
+use super::output;
 use clap::Args;
 use serde::Serialize;
 use trueaxis_model::errors::Parameter;
@@ -79,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let explained = explain(&machine, &errors);
     let minimal = MinimalParameters::of(&machine);
     if arguments.json {
-        files::print_json(&ExplainAnswer {
+        output::print_json(&ExplainAnswer {
             machine: &machine.name,
             axes: machine.axes.iter().map(|a| a.letter.char()).collect(),
             explained: explained
@@ -92,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         return Ok(Outcome::Done);
     }
     let lines: String = explained.iter().map(|e| e.sentence() + "\n").collect();
-    files::print(&format!("{lines}{minimal}\n"))?;
+    output::print(&format!("{lines}{minimal}\n"))?;
     Ok(Outcome::Done)
 }
 

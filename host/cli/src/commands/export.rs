@@ -10,7 +10,7 @@ mod twist;
 
 use super::bad_input::BadInput;
 use super::number::positive;
-use super::{Outcome, files};
+use super::{Outcome, output};
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
 use trueaxis_export::NotExported;
@@ -94,8 +94,8 @@ impl LeftOptions {
         let written = meets || self.best_effort;
         if written {
             let mut folders = texts.iter().filter_map(|(path, _)| path.parent());
-            folders.try_for_each(|folder| files::make_folder(folder, "-o"))?;
-            files::write_all(texts)?;
+            folders.try_for_each(|folder| output::make_folder(folder, "-o"))?;
+            output::write_all(texts)?;
         }
         Ok(ExportVerdict { meets, written })
     }

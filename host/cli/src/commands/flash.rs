@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
+use super::output;
 use super::port::PortArguments;
 use super::progress::ProgressBarOnScreen;
 use clap::Args;
@@ -89,7 +90,7 @@ fn dry_run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let target = controller.target();
     let (firmware, board) = (&controller.firmware, &controller.board);
     if arguments.json {
-        files::print_json(&CheckedBlob {
+        output::print_json(&CheckedBlob {
             file: path,
             firmware,
             board,
@@ -101,7 +102,7 @@ fn dry_run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if let Some(path) = path {
         text += &format!("# {} fits\n", path.display());
     }
-    files::print(&(text + &target.to_toml()))?;
+    output::print(&(text + &target.to_toml()))?;
     Ok(Outcome::Done)
 }
 
@@ -137,8 +138,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         at_start: outcome.at_start.in_use == Some(outcome.slot),
     };
     match *json {
-        true => files::print_json(&flashed)?,
-        false => files::print(&screen(port, &controller, &outcome, path, blob.len()))?,
+        true => output::print_json(&flashed)?,
+        false => output::print(&screen(port, &controller, &outcome, path, blob.len()))?,
     }
     Ok(Outcome::Done)
 }

@@ -9,6 +9,7 @@ mod screen;
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
+use super::output;
 use super::progress::ProgressBarOnScreen;
 use super::replace;
 use ahead::ahead;
@@ -323,18 +324,18 @@ impl ReadProgram<'_> {
         }
         if self.arguments.json {
             let answer = screen::Answer::new(output, report, compensation, lengths, found);
-            return files::print_json(&answer);
+            return output::print_json(&answer);
         }
         if let Some(inlined) = &self.inlined {
-            files::print(&format!(
+            output::print(&format!(
                 "subprograms are written out where they are called: {} lines\n",
                 inlined.lines()
             ))?;
         }
-        files::print(&screen::report(output, report, &self.job.options))?;
-        files::print(&lengths.note())?;
+        output::print(&screen::report(output, report, &self.job.options))?;
+        output::print(&lengths.note())?;
         match found {
-            Some(found) => files::print(&screen::check(found, &self.job.options)),
+            Some(found) => output::print(&screen::check(found, &self.job.options)),
             None => Ok(()),
         }
     }

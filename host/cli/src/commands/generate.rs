@@ -1,7 +1,7 @@
 //! `trueaxis generate`
 
 use super::bad_input::BadInput;
-use super::{Outcome, files};
+use super::{Outcome, files, output};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis::Header;
@@ -64,7 +64,7 @@ const DEFECT: &str = "report it, with the file: it is a defect of this program";
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (path, output) = (&arguments.blob, &arguments.output);
-    files::prepare(output, &[path])?;
+    output::prepare(output, &[path])?;
     let language = arguments.language()?;
     let blob = files::read_blob(path)?;
     let in_blob = |error| BadInput::in_blob(error, path);
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     };
     if language == Language::C {
-        files::prepare(&header_path, &[path, output])?;
+        output::prepare(&header_path, &[path, output])?;
         includable(&header_name, output)?;
     }
     let options = Options {
@@ -101,10 +101,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let written: Vec<_> = std::iter::once((output.clone(), code.file))
         .chain(header)
         .collect();
-    files::write_all(&written)?;
+    output::write_all(&written)?;
     let size = runtime.compensation().samples();
     let count = arguments.compared;
-    files::print(&format!(
+    output::print(&format!(
         "{}: {} tables, {size} samples; the same bits as {} at {count} random inputs\n",
         output.display(),
         runtime.compensation().tables(),

@@ -11,6 +11,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::date;
 use super::files::{self, Text};
+use super::output;
 use super::verdict;
 use clap::Args;
 use inputs::{MeasuredInputs, Same};
@@ -133,7 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         arguments.report(page, &found, &model)?;
     }
     match arguments.json {
-        true => files::print_json(&found)?,
+        true => output::print_json(&found)?,
         false => show(&found, &model, arguments.verbose)?,
     }
     Ok(warn(&found))
@@ -211,7 +212,7 @@ pub fn write(found: &StudyOutcome<'_>, output: &Path) -> Result<ErrorModel, BadI
         (output.to_owned(), text),
         (covariances, found.covariances()),
     ];
-    files::write_all(&both)?;
+    output::write_all(&both)?;
     Ok(model)
 }
 
@@ -233,7 +234,7 @@ pub fn show(
         true => verdict::lines(&told),
         false => verdict::sentences(&told),
     };
-    files::print(&(screen::screen(found, is_verbose) + &verdict))
+    output::print(&(screen::screen(found, is_verbose) + &verdict))
 }
 
 /// Prints what to check; the check fails if the parameters should not be trusted.
@@ -276,7 +277,7 @@ impl Arguments {
             .chain(self.measured())
             .map(PathBuf::as_path)
             .collect();
-        if self.output.as_deref().is_some_and(files::is_screen) {
+        if self.output.as_deref().is_some_and(output::is_screen) {
             return Err(BadInput::new(
                 "-o -: errors and their covariances are two files, and do not go to the screen",
                 "give -o the name of a file",
@@ -285,7 +286,7 @@ impl Arguments {
         let covariances = self.output.as_deref().map(beside);
         let outputs = self.output.iter().chain(&covariances);
         for output in outputs.chain(&self.report) {
-            files::prepare(output, &inputs)?;
+            output::prepare(output, &inputs)?;
         }
         Ok(())
     }

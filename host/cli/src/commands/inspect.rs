@@ -1,7 +1,7 @@
 //! `trueaxis inspect`
 
 use super::bad_input::BadInput;
-use super::{Outcome, files, screen};
+use super::{Outcome, files, output, screen};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -260,7 +260,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         extremes: &extremes,
         notes,
     };
-    files::print_answer(arguments.json, &answer, || {
+    output::print_answer(arguments.json, &answer, || {
         listing(path, &contents, &extremes, answer.notes.as_ref())
     })?;
     Ok(Outcome::Done)

@@ -2,8 +2,8 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files;
 use super::measured::{MeasuredFiles, positioning};
+use super::output;
 use clap::Args;
 use trueaxis_direct::iso230_2::{Analysis, AxisRecord};
 use trueaxis_direct::of_readings;
@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let records: Vec<AxisRecord> = (lines.iter())
         .map(|(name, line)| AxisRecord::of(&machine, name, line))
         .collect();
-    files::print_answer(arguments.json, &records, || {
+    output::print_answer(arguments.json, &records, || {
         let screens: Vec<String> = records.iter().map(|one| screen(&machine, one)).collect();
         screens.join("\n")
     })?;

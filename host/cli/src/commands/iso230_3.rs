@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
+use super::output;
 use clap::Args;
 use std::path::PathBuf;
 use trueaxis_direct::formats::displacements;
@@ -52,9 +53,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     let record = DriftTestRecord::of(&measured, &arguments.at);
     if let Some(folder) = &arguments.pictures {
-        files::write_pictures(folder, pictures(&measured, &record.results))?;
+        output::write_pictures(folder, pictures(&measured, &record.results))?;
     }
-    files::print_answer(arguments.json, &record, || {
+    output::print_answer(arguments.json, &record, || {
         screen(&text.name, measured.readings.len(), &record)
     })?;
     Ok(Outcome::Done)

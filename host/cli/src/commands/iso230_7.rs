@@ -2,7 +2,8 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files::{self, Text};
+use super::files::Text;
+use super::output;
 use clap::Args;
 use std::path::PathBuf;
 use trueaxis_direct::formats::revolutions;
@@ -43,9 +44,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             (name.to_lowercase(), picture(&measured, motion))
         };
         let pictures: Vec<_> = record.error_motions.iter().map(one).collect();
-        files::write_pictures(folder, pictures)?;
+        output::write_pictures(folder, pictures)?;
     }
-    files::print_answer(arguments.json, &record, || screen(&text.name, &record))?;
+    output::print_answer(arguments.json, &record, || screen(&text.name, &record))?;
     Ok(Outcome::Done)
 }
 

@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
+use super::output;
 use super::quantity::count;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -68,7 +69,7 @@ impl MeasuredFiles {
         let inputs = others.into_iter().flatten().chain(&self.runs);
         let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
         if let Some(output) = &self.output {
-            files::prepare(output, &inputs)?;
+            output::prepare(output, &inputs)?;
         }
         let machine = files::read_machine(&self.machine)?;
         let mut measurements = Vec::new();
@@ -132,7 +133,7 @@ impl MeasuredFiles {
                     error.remedy,
                 )
             })?;
-            files::write(output, text.as_bytes())?;
+            output::write(output, text.as_bytes())?;
         }
         Ok(found)
     }
@@ -142,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, measurements) = arguments.files.read(false)?;
     let found = arguments.files.import(&machine, &measurements)?;
     let record = DirectRecord::of(&machine, &measurements, &found);
-    files::print_answer(arguments.json, &record, || {
+    output::print_answer(arguments.json, &record, || {
         screen(&machine, &measurements, &found)
     })?;
     Ok(Outcome::Done)

@@ -39,6 +39,7 @@ mod monte_carlo;
 mod new;
 mod number;
 mod offered;
+mod output;
 mod plan;
 mod plan_output;
 mod policy;

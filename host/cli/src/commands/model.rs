@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles};
+use super::output;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -40,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let runtime = bytes.as_ref().and_then(|blob| Runtime::load(blob).ok());
     let runtime = runtime.filter(|runtime| belongs(&machine, &errors, runtime).is_ok());
     let explained = explain(&machine, &errors);
-    files::print_json(&Answer {
+    output::print_json(&Answer {
         machine: &machine.name,
         model: PageModel::new(&machine, &errors, runtime.as_ref()),
         explained: explained

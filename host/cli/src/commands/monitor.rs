@@ -2,8 +2,8 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files;
 use super::hal::PinValues;
+use super::output;
 use super::port::{AnyClient, Connection, PortArguments};
 use clap::Args;
 use serde_json::json;
@@ -250,7 +250,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         } else {
             text = drawn.replaced_by(&source.table());
         }
-        if !files::stream(&text)? {
+        if !output::stream(&text)? {
             break;
         }
         sample += 1;

@@ -5,6 +5,7 @@ use super::bad_input::BadInput;
 use super::files::{self, MachineFiles};
 use super::identify::no_model;
 use super::number::positive;
+use super::output;
 use super::progress::ProgressBarOnScreen;
 use clap::Args;
 use serde::Serialize;
@@ -91,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let found = monte_carlo(&trial, arguments.seeds as usize, &step)
         .map_err(|error| arguments.failed(error))?;
     drop(bar);
-    files::print_answer(
+    output::print_answer(
         arguments.json,
         &MonteCarloAnswer::new(arguments, &machine.name, &found),
         || screen(arguments, &machine.name, &found),

@@ -7,6 +7,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use super::number::positive;
+use super::output;
 use answers::{AnswerUnit, Answers, GivenOptions, NewAxis};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -56,7 +57,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if arguments.list {
-        files::print(&answers::list())?;
+        output::print(&answers::list())?;
         return Ok(Outcome::Done);
     }
     let folder = &arguments.folder;
@@ -86,11 +87,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         text: error_file(&arguments.name, &answers.axes),
     };
     ErrorModel::from_toml(&empty.text, &described).map_err(|error| empty.bad(error))?;
-    files::make_folder(folder, "FOLDER")?;
+    output::make_folder(folder, "FOLDER")?;
     let both = [(machine, text.text), (errors, empty.text)];
-    files::write_all(&both)?;
+    output::write_all(&both)?;
     let blob = folder.join("machine.trax");
-    files::print(&said(&described, [&text.name, &empty.name], &blob))?;
+    output::print(&said(&described, [&text.name, &empty.name], &blob))?;
     Ok(Outcome::Done)
 }
 

@@ -5,6 +5,7 @@ use super::bad_input::BadInput;
 use super::files;
 use super::identify::no_model;
 use super::number::positive;
+use super::output;
 use super::plan_output::screen;
 use super::quantity::count;
 use super::touch_options::TouchOptions;
@@ -195,7 +196,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match arguments.json {
         true => {
             warn(&planned);
-            files::print_json(&Summary::new(&setup, &planned, minutes, set.as_ref()))?;
+            output::print_json(&Summary::new(&setup, &planned, minutes, set.as_ref()))?;
         }
         false => show(&setup, &planned, minutes)?,
     }
@@ -205,7 +206,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 /// Prints what people read.
 pub fn show(setup: &Setup<'_>, planned: &Planned, minutes: f64) -> Result<(), BadInput> {
     warn(planned);
-    files::print(&screen(setup, planned, minutes))
+    output::print(&screen(setup, planned, minutes))
 }
 
 /// Prints notes and the warning.
@@ -247,7 +248,7 @@ impl Arguments {
             rows,
             touches: all,
         };
-        files::print_answer(self.json, &answer, || {
+        output::print_answer(self.json, &answer, || {
             format!(
                 "{machine}: {all} touches at {}, to qualify the probe (trueaxis qualify)\n",
                 count(rows, "position")
@@ -279,7 +280,7 @@ impl Arguments {
                     "give -o, --program and --table different names",
                 ));
             }
-            files::prepare(output, &inputs)?;
+            output::prepare(output, &inputs)?;
         }
         Ok(())
     }
@@ -438,7 +439,7 @@ impl Arguments {
         }
         let all = [written, program, table].into_iter().flatten();
         let all: Vec<_> = all.map(|(path, text)| (path.clone(), text)).collect();
-        files::write_all(&all)
+        output::write_all(&all)
     }
 }
 

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::eval::EvalAlong;
 use super::files;
+use super::output;
 use super::position_argument;
 use clap::Args;
 use serde::Serialize;
@@ -90,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         eprintln!("warning: {outside}");
     }
     let screens = poses.iter().map(|at| screen(&machine, at));
-    files::print_answer(arguments.json, &answer, || screens.collect::<String>())?;
+    output::print_answer(arguments.json, &answer, || screens.collect::<String>())?;
     Ok(Outcome::Done)
 }
 

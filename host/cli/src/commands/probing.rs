@@ -3,6 +3,7 @@
 use super::bad_input::BadInput;
 use super::files;
 use super::number::positive;
+use super::output;
 use super::plan::{collides, not_reached};
 use super::progress::ProgressBarOnScreen;
 use super::touch_options::TouchOptions;
@@ -121,7 +122,7 @@ pub fn take_over(session: &mut LinuxCncSession, yes: bool) -> Result<bool, BadIn
         }
     }
     if let Some(line) = session.joints().map_err(bad)? {
-        files::print(&format!("kinematics: identity ({line}) until the end\n"))?;
+        output::print(&format!("kinematics: identity ({line}) until the end\n"))?;
     }
     Ok(true)
 }
@@ -131,7 +132,7 @@ const HOMING: f64 = 300.0;
 
 /// Asks on the terminal; whoever cannot answer has not agreed.
 pub fn asked(question: &str) -> Result<bool, BadInput> {
-    files::print(&format!("{question} [y/N] "))?;
+    output::print(&format!("{question} [y/N] "))?;
     let mut answer = String::new();
     let read = std::io::stdin().read_line(&mut answer);
     Ok(read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes"))
@@ -182,7 +183,7 @@ impl<'a> Work<'a> {
             return Err(collides(&collision));
         }
         if !log.exists() {
-            files::write(log, head.as_bytes())?;
+            output::write(log, head.as_bytes())?;
         }
         Ok(Self {
             machine,
@@ -388,7 +389,7 @@ fn rest_of(log: &Path, head: &str, plan: &Probings, per_ball: usize) -> Result<P
         )
     })?;
     if kept != text {
-        files::write(log, kept.as_bytes())?;
+        output::write(log, kept.as_bytes())?;
     }
     Ok(rest)
 }

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use super::number::positive;
+use super::output;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_identify::formats::probings::{self, Probing};
@@ -66,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     ];
     inputs.extend(others.into_iter().filter_map(|path| path.as_deref()));
     if let Some(output) = &arguments.output {
-        files::prepare(output, &inputs)?;
+        output::prepare(output, &inputs)?;
     }
     let machine = files::read_machine(&arguments.machine)?;
     let (csv, said) = match (&arguments.apply, &arguments.plan) {
@@ -81,12 +82,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     match &arguments.output {
         None => {
-            files::print(&csv)?;
+            output::print(&csv)?;
             eprint!("{said}");
         }
         Some(path) => {
-            files::write(path, csv.as_bytes())?;
-            files::print(&format!("{}: {said}", path.display()))?;
+            output::write(path, csv.as_bytes())?;
+            output::print(&format!("{}: {said}", path.display()))?;
         }
     }
     Ok(Outcome::Done)

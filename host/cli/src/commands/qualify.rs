@@ -4,6 +4,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use super::number::{positive, size};
+use super::output;
 use super::quantity::count;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -80,16 +81,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.touches];
     inputs.extend(arguments.artefact.as_deref());
     if let Some(output) = &arguments.output {
-        files::prepare(output, &inputs)?;
+        output::prepare(output, &inputs)?;
     }
     let machine = files::read_machine(&arguments.machine)?;
     let known = arguments.known(&machine)?;
     let (found, log) = qualified(&machine, &known, &arguments.touches)?;
     if let Some(output) = &arguments.output {
-        files::write(output, found.file.to_toml().as_bytes())?;
+        output::write(output, found.file.to_toml().as_bytes())?;
     }
     match arguments.json {
-        true => files::print_json(&QualifiedRecord::of(&found, &log))?,
+        true => output::print_json(&QualifiedRecord::of(&found, &log))?,
         false => show(&found, &log, &known, arguments.output.as_deref())?,
     }
     Ok(outcome(&found))
@@ -120,7 +121,7 @@ pub fn show(
     if let Some(output) = written {
         said += &format!("{}: written\n", output.display());
     }
-    files::print(&said)?;
+    output::print(&said)?;
     for sentence in found.warnings(log) {
         eprintln!("warning: {sentence}");
     }

@@ -6,6 +6,7 @@ use super::date;
 use super::error_source;
 use super::files::{self, MachineFiles, Text};
 use super::number::positive;
+use super::output;
 use super::position_argument;
 use super::progress::ProgressBarOnScreen;
 use super::random::RandomOptions;
@@ -184,7 +185,7 @@ impl Given {
 
 /// Writes the page of a report.
 pub fn write_page(path: &Path, report: &ReportFigures, model: &PageModel) -> Result<(), BadInput> {
-    files::write(path, made(report::page(report, model))?.as_bytes())
+    output::write(path, made(report::page(report, model))?.as_bytes())
 }
 
 /// A page, or why it cannot be made.
@@ -243,7 +244,7 @@ impl Arguments {
         let mut inputs: Vec<&Path> = vec![&self.files.machine, &self.files.errors];
         inputs.extend(others.into_iter().filter_map(|path| path.as_deref()));
         match &self.output {
-            Some(output) => files::prepare(output, &inputs),
+            Some(output) => output::prepare(output, &inputs),
             None => Ok(()),
         }
     }
@@ -295,11 +296,11 @@ impl Arguments {
     fn certify(&self, report: &ReportFigures, certificate: &Certificate) -> Result<(), BadInput> {
         if let Some(output) = &self.output {
             let page = report::certificate_page(report, certificate);
-            files::write(output, made(page)?.as_bytes())?;
+            output::write(output, made(page)?.as_bytes())?;
         }
         match self.json {
-            true => files::print_json(certificate),
-            false => files::print(&certified(report, certificate, self.output.as_deref())),
+            true => output::print_json(certificate),
+            false => output::print(&certified(report, certificate, self.output.as_deref())),
         }
     }
 
@@ -309,11 +310,11 @@ impl Arguments {
             write_page(output, report, model)?;
         }
         if let Some(folder) = &self.pictures {
-            files::write_pictures(folder, report::pictures(report))?;
+            output::write_pictures(folder, report::pictures(report))?;
         }
         match self.json {
-            true => files::print_json(report),
-            false => files::print(&said(report, self.output.as_deref())),
+            true => output::print_json(report),
+            false => output::print(&said(report, self.output.as_deref())),
         }
     }
 

@@ -4,8 +4,9 @@ mod shown;
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files::{self, MachineFiles};
+use super::files::MachineFiles;
 use super::number::positive;
+use super::output;
 use super::policy::PolicyArguments;
 use super::progress::ProgressBarOnScreen;
 use super::random::RandomOptions;
@@ -87,11 +88,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if arguments.single {
         let found = single(&machine, &errors, &schemes, &options, zero_at, &bar);
         drop(bar);
-        files::print_answer(arguments.json, &found, || shown::singles(&found, policy))?;
+        output::print_answer(arguments.json, &found, || shown::singles(&found, policy))?;
         return Ok(Outcome::Done);
     }
     let found = compare(&machine, &errors, &schemes, &options, zero_at, &bar);
     drop(bar);
-    files::print_answer(arguments.json, &found, || shown::comparison(&found, policy))?;
+    output::print_answer(arguments.json, &found, || shown::comparison(&found, policy))?;
     Ok(Outcome::Done)
 }

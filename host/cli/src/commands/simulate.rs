@@ -13,6 +13,7 @@ use super::bad_input::BadInput;
 use super::files::{self, MachineFiles};
 use super::monte_carlo;
 use super::number::{finite, percent, size, three};
+use super::output;
 use super::quantity::count;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
@@ -125,7 +126,7 @@ impl SimulatedProbings {
         ];
         inputs.extend(self.active.as_deref());
         if let Some(output) = &self.output {
-            files::prepare(output, &inputs)?;
+            output::prepare(output, &inputs)?;
         }
         let drift = three(&self.drift, "--drift", "µm")?;
         let (machine, errors) = self.files.read()?;
@@ -147,7 +148,7 @@ impl SimulatedProbings {
         let csv = probings::write(&measured, &machine);
         let balls = count(measured.balls.len(), "ball");
         let said = format!("{} probings of {balls}", measured.rows.len());
-        files::write_or_print(self.output.as_deref(), &csv, &said)?;
+        output::write_or_print(self.output.as_deref(), &csv, &said)?;
         Ok(Outcome::Done)
     }
 

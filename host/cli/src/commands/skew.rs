@@ -2,6 +2,7 @@
 
 use super::files::{self, Text};
 use super::number::positive;
+use super::output;
 use super::{Outcome, bad_input::BadInput};
 use clap::Args;
 use serde::Serialize;
@@ -85,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "give two diagonals and a side in mm: --xy AC,BD,AD, and --xz, --yz for upright parts",
         ));
     }
-    files::prepare(errors_path, &[machine_path])?;
+    output::prepare(errors_path, &[machine_path])?;
     let new = arguments.new_machine()?;
     let machine = match &new {
         None => files::read_machine(machine_path)?,
@@ -98,17 +99,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let merged = merged(errors_path, &machine, &planes)?;
     let mut written = vec![(errors_path.clone(), merged)];
     if let Some(text) = &new {
-        files::prepare(machine_path, &[])?;
+        output::prepare(machine_path, &[])?;
         written.push((machine_path.clone(), text.text.clone()));
     }
-    files::write_all(&written)?;
+    output::write_all(&written)?;
     let answer = SkewAnswer {
         machine: machine_path,
         machine_written: new.is_some(),
         errors: errors_path,
         planes: &planes,
     };
-    files::print_answer(arguments.json, &answer, || {
+    output::print_answer(arguments.json, &answer, || {
         screen(arguments, new.is_some(), &planes)
     })?;
     Ok(Outcome::Done)

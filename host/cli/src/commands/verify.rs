@@ -4,6 +4,7 @@ use super::bad_input::BadInput;
 use super::error_source;
 use super::files::{self, MachineFiles};
 use super::number::positive;
+use super::output;
 use super::position_argument;
 use super::progress::ProgressBarOnScreen;
 use super::random::RandomOptions;
@@ -70,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     drop(bar);
     let outcome = outcome.map_err(|e| error_source::compile(e, files, &machine, &errors))?;
     if arguments.json {
-        files::print_json(&VerifyAnswer {
+        output::print_json(&VerifyAnswer {
             file: blob,
             zero_at: arguments.zero_at.as_deref(),
             outcome: &outcome,
@@ -83,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             zero_at: request.zero_at.as_deref(),
             tolerance_um: arguments.tolerance,
         };
-        files::print(&arguments.screen(&machine, &errors, compensation, &outcome.size)?)?;
+        output::print(&arguments.screen(&machine, &errors, compensation, &outcome.size)?)?;
     }
     for warning in &outcome.warnings {
         eprintln!("warning: {warning}");

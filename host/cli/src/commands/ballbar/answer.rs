@@ -1,7 +1,7 @@
 //! The results of `trueaxis ballbar`.
 
 use super::super::bad_input::BadInput;
-use super::super::files;
+use super::super::output;
 use serde::Serialize;
 use trueaxis_direct::ballbar::{CircleError, CircleRecord, SphereRecord, TooFew};
 
@@ -39,7 +39,7 @@ pub fn bad_circle(error: CircleError) -> BadInput {
 impl BallbarAnswer<'_> {
     pub fn print(&self, json: bool) -> Result<(), BadInput> {
         if json {
-            return files::print_json(self);
+            return output::print_json(self);
         }
         let mut text = String::new();
         let spheres = [
@@ -68,7 +68,7 @@ impl BallbarAnswer<'_> {
         if let Some(circle) = &self.circle {
             print_circle(circle, &mut text);
         }
-        files::print(&text)
+        output::print(&text)
     }
 }
 

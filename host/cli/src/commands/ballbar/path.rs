@@ -4,6 +4,7 @@ use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files;
 use super::super::number::positive;
+use super::super::output;
 use super::SimulatedTest;
 use clap::Args;
 use std::path::PathBuf;
@@ -34,7 +35,7 @@ pub struct BallBarPath {
 impl BallBarPath {
     pub fn run(&self) -> Result<Outcome, BadInput> {
         if let Some(output) = &self.output {
-            files::prepare(output, &[&self.machine])?;
+            output::prepare(output, &[&self.machine])?;
         }
         let machine = files::read_machine(&self.machine)?;
         let path = self.test.path()?;
@@ -42,7 +43,7 @@ impl BallBarPath {
         let bench = Bench::new(&machine, &perfect, Default::default());
         self.test.bar(&bench, &path)?;
         let said = format!("{} positions", path.len());
-        files::write_or_print(self.output.as_deref(), &program(&path, self.feed), &said)?;
+        output::write_or_print(self.output.as_deref(), &program(&path, self.feed), &said)?;
         Ok(Outcome::Done)
     }
 }

@@ -3,6 +3,7 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
+use super::super::output;
 use super::SimulatedTest;
 use super::answer::{BallbarAnswer, bad_sphere};
 use clap::Args;
@@ -41,7 +42,7 @@ impl Simulate {
         let mut inputs: Vec<&Path> = vec![&self.files.machine, &self.files.errors];
         inputs.extend(self.compensation.as_deref());
         if let Some(output) = &self.output {
-            files::prepare(output, &inputs)?;
+            output::prepare(output, &inputs)?;
         }
         let (machine, errors) = self.files.read()?;
         let path = self.test.path()?;
@@ -70,7 +71,7 @@ impl Simulate {
             answer.after = Some(found(&last)?);
         }
         if let Some(output) = &self.output {
-            files::write(output, csv(&machine.name, radius, &path, &last).as_bytes())?;
+            output::write(output, csv(&machine.name, radius, &path, &last).as_bytes())?;
         }
         answer.print(self.json)?;
         Ok(Outcome::Done)

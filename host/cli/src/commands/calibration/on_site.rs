@@ -5,6 +5,7 @@ use crate::commands::bad_input::BadInput;
 use crate::commands::compile;
 use crate::commands::files::{self, MachineFiles};
 use crate::commands::identify;
+use crate::commands::output;
 use crate::commands::probing::asked;
 use crate::commands::target;
 use std::path::Path;
@@ -96,7 +97,7 @@ impl CalibratedMachine for OnSite<'_, '_> {
         match question {
             Question::Unmeasured(parameters) => {
                 let names = Model::Named(parameters.to_vec());
-                files::print(&format!(
+                output::print(&format!(
                     "\nnot measured: {names}. A machine that has them is worse than any limit that is printed here\n"
                 ))?;
                 let accepts = files.options.accept_missing;
@@ -104,7 +105,7 @@ impl CalibratedMachine for OnSite<'_, '_> {
             }
             Question::Load => {
                 let blob = files.file("machine.trax");
-                files::print("\n")?;
+                output::print("\n")?;
                 let question = format!("May {} be loaded and switched on?", blob.display());
                 Ok(yes || asked(&question)?)
             }
@@ -113,7 +114,7 @@ impl CalibratedMachine for OnSite<'_, '_> {
                 let is_taken = files.options.from <= CalibrationStep::Probe;
                 let agrees = (yes || asked(question)?) && (is_taken || self.site.take_over(yes)?);
                 if !agrees {
-                    files::print("you did not want it probed\n")?;
+                    output::print("you did not want it probed\n")?;
                 }
                 Ok(agrees)
             }
@@ -124,7 +125,7 @@ impl CalibratedMachine for OnSite<'_, '_> {
         let files = self.files;
         let target = self.site.target(&files.file("board.toml"))?;
         let (errors, blob) = (files.word("errors.toml"), files.word("machine.trax"));
-        let words = format!("{errors} --target {} -o {blob}", files::quoted(&target));
+        let words = format!("{errors} --target {} -o {blob}", output::quoted(&target));
         files.show("compile", &words)?;
         let inputs = MachineFiles {
             machine: files.options.machine.clone(),
@@ -153,9 +154,9 @@ impl CalibratedMachine for OnSite<'_, '_> {
 
     fn validated(&mut self, found: &Validated) -> Result<(), BadInput> {
         let files = self.files;
-        let json = files::json(&found.validation)?;
-        files::write(&files.file("validation.json"), json.as_bytes())?;
-        files::print(&table(found, &files.text("errors.toml")))
+        let json = output::json(&found.validation)?;
+        output::write(&files.file("validation.json"), json.as_bytes())?;
+        output::print(&table(found, &files.text("errors.toml")))
     }
 
     fn keep(&mut self) -> Result<(), BadInput> {

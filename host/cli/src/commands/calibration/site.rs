@@ -1,7 +1,8 @@
 //! A machine, with what moves it and what corrects it.
 
 use crate::commands::bad_input::BadInput;
-use crate::commands::files::{self, Text};
+use crate::commands::files::Text;
+use crate::commands::output;
 use crate::commands::port::PortArguments;
 use crate::commands::probing::{CLEAR, SpeedOptions, Work, asked, bad, take_over};
 use crate::commands::touch_options::TouchOptions;
@@ -190,7 +191,7 @@ impl<'a> Site<'a> {
         match &self.corrects {
             Corrects::Component { .. } => Ok("desktop".to_owned()),
             Corrects::Board(on) => {
-                files::write(file, on.board.target().to_toml().as_bytes())?;
+                output::write(file, on.board.target().to_toml().as_bytes())?;
                 Ok(file.display().to_string())
             }
         }
@@ -219,7 +220,7 @@ impl<'a> Site<'a> {
                     "probing takes about {:.0} min at 100 % feed\n",
                     (seconds / 60.0).ceil()
                 );
-                files::print(&text)?;
+                output::print(&text)?;
                 Ok((yes || asked(CLEAR)?) && self.take_over(yes)?)
             }
             Moves::ByItself => {
@@ -249,7 +250,7 @@ impl<'a> Site<'a> {
                 errand.wait()?
             }
         };
-        files::print(&format!("{}: {touches} touches\n", errand.log.display()))
+        output::print(&format!("{}: {touches} touches\n", errand.log.display()))
     }
 }
 
@@ -289,14 +290,14 @@ impl Errand<'_> {
         let name = name.unwrap_or_default();
         let program = plan::linuxcnc(&setup, &self.plan, FEEDS, &name).map_err(not_reached)?;
         let table = plan::table(&setup, &self.plan).map_err(not_reached)?;
-        files::write(&self.file.with_extension("touches.csv"), table.as_bytes())?;
-        files::write(&self.file.with_extension("ngc"), program.as_bytes())
+        output::write(&self.file.with_extension("touches.csv"), table.as_bytes())?;
+        output::write(&self.file.with_extension("ngc"), program.as_bytes())
     }
 
     /// Waits until the log has all touches; returns their number.
     fn wait(&self) -> Result<usize, BadInput> {
         let wanted = self.plan.rows.len() * self.touching.stated()?.per_ball();
-        files::print(&format!(
+        output::print(&format!(
             "\nprobe {} (or {}), and write the {wanted} touches to {}\n",
             self.file.with_extension("ngc").display(),
             self.file.with_extension("touches.csv").display(),

@@ -1,7 +1,7 @@
 //! Output of `trueaxis compile`.
 
 use crate::commands::bad_input::BadInput;
-use crate::commands::{files, screen};
+use crate::commands::{output, screen};
 use serde::Serialize;
 use std::path::Path;
 use trueaxis::Policy;
@@ -64,8 +64,8 @@ pub fn print(
     json: bool,
 ) -> Result<(), BadInput> {
     match answers {
-        [one] if json => files::print_json(one)?,
-        _ if json => files::print_json(&answers)?,
+        [one] if json => output::print_json(one)?,
+        _ if json => output::print_json(&answers)?,
         _ => {}
     }
     let all = answers.iter().zip(verdicts);
@@ -97,7 +97,7 @@ impl CompileAnswer<'_> {
 
     fn print(&self, verdict: &str, json: bool) -> Result<(), BadInput> {
         if !json && let Some(verified) = &self.verified {
-            files::print(&self.text(verified, verdict))?;
+            output::print(&self.text(verified, verdict))?;
         }
         if let Some(verified) = &self.verified {
             for note in verified.notes {

@@ -3,7 +3,8 @@
 use super::answer::CompileAnswer;
 use crate::commands::bad_input::BadInput;
 use crate::commands::error_source;
-use crate::commands::files::{self, MachineFiles};
+use crate::commands::files::MachineFiles;
+use crate::commands::output;
 use crate::commands::progress::ProgressBarOnScreen;
 use crate::commands::verdict;
 use std::path::PathBuf;
@@ -52,7 +53,7 @@ impl WantedFile {
 
     pub fn write(&self, made: &Made) -> Result<(), BadInput> {
         match made {
-            Made::Verified(made) => files::write(&self.output, &made.best.built.blob),
+            Made::Verified(made) => output::write(&self.output, &made.best.built.blob),
             Made::NoRoom(_) => Ok(()),
         }
     }
@@ -148,7 +149,7 @@ pub fn usual(
 ) -> Result<UsualCompensation, BadInput> {
     let (machine, errors) = files.read()?;
     let wanted = WantedFile::usual(output, target);
-    files::prepare(&wanted.output, &[&files.machine, &files.errors])?;
+    output::prepare(&wanted.output, &[&files.machine, &files.errors])?;
     let made = wanted.make(files, &machine, &errors, &ProgressBarOnScreen::new())?;
     if made.may_be_written(false) {
         wanted.write(&made)?;

@@ -4,7 +4,7 @@ use crate::commands::cec as shared;
 use crate::commands::number::{finite, positive};
 use crate::commands::progress::ProgressBarOnScreen;
 use crate::commands::random::RandomOptions;
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, files, output};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -116,7 +116,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let path = arguments.blob.as_ref().ok_or_else(missing)?;
     let map = arguments.axes.as_ref().ok_or_else(missing)?;
     let factor_tables = arguments.factor_tables.ok_or_else(missing)?;
-    files::prepare(output, &[path])?;
+    output::prepare(output, &[path])?;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     let compensation = runtime.compensation();
@@ -142,7 +142,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let verification = arguments.read_again(&text, &runtime, &axes, &made, factor_tables)?;
     let meets = verification.meets(tolerance);
     if meets {
-        files::write(output, text.as_bytes())?;
+        output::write(output, text.as_bytes())?;
     }
     let answer = ExportCecAnswer {
         file: output,
@@ -159,7 +159,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         notes: &made.notes,
         verification: &verification,
     };
-    files::print_answer(arguments.json, &answer, || screen(&answer, &made, &axes))?;
+    output::print_answer(arguments.json, &answer, || screen(&answer, &made, &axes))?;
     Ok(warned(&made, tolerance, meets))
 }
 
@@ -188,11 +188,11 @@ fn write_probe(arguments: &Arguments, axis: &str) -> Result<Outcome, BadInput> {
             "write the controller's name of the axis to look at, like AX1",
         ));
     }
-    files::prepare(&arguments.output, &[])?;
+    output::prepare(&arguments.output, &[])?;
     let first = usize::from(arguments.first);
     let text = cec::probe(&axis.to_ascii_uppercase(), first);
-    files::write(&arguments.output, text.as_bytes())?;
-    files::print(&format!(
+    output::write(&arguments.output, text.as_bytes())?;
+    output::print(&format!(
         "{}: tables {first} and {} for {axis}\nthe compensation that is shown then: 0.005 --factor-tables not-added, \
          0.010 --factor-tables added\n",
         arguments.output.display(),

@@ -2,7 +2,7 @@
 
 use super::left;
 use crate::commands::number::{finite, positive};
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, files, output};
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -55,7 +55,7 @@ struct FanucNotes {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { blob: path, .. } = arguments;
-    files::prepare(&arguments.output, &[path])?;
+    output::prepare(&arguments.output, &[path])?;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     let options = FanucOptions {

@@ -2,7 +2,7 @@
 
 use super::LeftOptions;
 use crate::commands::random::RandomOptions;
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, output};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ impl Arguments {
             axes: found,
             more,
         };
-        files::print_answer(self.options.json, &answer, || {
+        output::print_answer(self.options.json, &answer, || {
             format!("{screen}{}", table(found, self.random.random))
         })?;
         let remains = format!("more than {um} µm remains");

@@ -2,7 +2,7 @@
 
 use super::left;
 use crate::commands::linuxcnc::configuration;
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, files, output};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .collect();
     // A folder that is not there has nothing to be prepared.
     for (to, _) in texts.iter().filter(|_| arguments.output.exists()) {
-        files::prepare(to, &[path, &arguments.ini])?;
+        output::prepare(to, &[path, &arguments.ini])?;
     }
     let more = LinuxCncNotes {
         joints: (made.iter())

@@ -3,7 +3,7 @@
 use super::{LeftOptions, refused};
 use crate::commands::files::MachineFiles;
 use crate::commands::random::RandomOptions;
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, output};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -76,7 +76,7 @@ impl RigidBodyOptions {
     ) -> Result<Outcome, BadInput> {
         let inputs: [&Path; 2] = [&self.files.machine, &self.files.errors];
         for (path, _) in texts {
-            files::prepare(path, &inputs)?;
+            output::prepare(path, &inputs)?;
         }
         let tolerance_um = self.left.tolerance;
         let verdict = self.left.write(texts, left.tip_um <= tolerance_um)?;
@@ -87,7 +87,7 @@ impl RigidBodyOptions {
             tolerance_um,
             left,
         };
-        files::print_answer(self.left.json, &answer, || {
+        output::print_answer(self.left.json, &answer, || {
             screen(&answer, self.random.random)
         })?;
         Ok(verdict.outcome(

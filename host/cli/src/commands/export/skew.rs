@@ -2,7 +2,7 @@
 
 use super::{LeftOptions, refused};
 use crate::commands::random::RandomOptions;
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, files, output};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -85,7 +85,7 @@ fn write(
 ) -> Result<Outcome, BadInput> {
     let (path, output) = (&arguments.blob, &arguments.output);
     let tolerance = arguments.left.tolerance;
-    files::prepare(output, &[path])?;
+    output::prepare(output, &[path])?;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     let RandomOptions { random, seed } = arguments.random;
@@ -97,7 +97,7 @@ fn write(
                 "give -o and --height-map different names",
             ));
         }
-        files::prepare(to, &[path])?;
+        output::prepare(to, &[path])?;
     }
     let made = skew(&runtime, firmware, points, random as usize, seed);
     let (text, found) = made.map_err(|error| refused(&error, path))?;
@@ -113,7 +113,7 @@ fn write(
         tolerance_um: tolerance,
         found: &found,
     };
-    files::print_answer(arguments.left.json, &answer, || screen(&text.lines, &found))?;
+    output::print_answer(arguments.left.json, &answer, || screen(&text.lines, &found))?;
     let why = match map {
         None => "these lines correct squareness only",
         Some(_) => "these lines correct squareness, and the map Z over X and Y, only",

@@ -3,7 +3,7 @@
 use super::{LeftOptions, refused};
 use crate::commands::files::MachineFiles;
 use crate::commands::number::{finite, two};
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, output};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { output, lookup, .. } = arguments;
     let tolerance_um = arguments.left.tolerance;
     let (machine, errors) = arguments.files.read()?;
-    files::prepare(output, &[&arguments.files.machine, &arguments.files.errors])?;
+    output::prepare(output, &[&arguments.files.machine, &arguments.files.errors])?;
     let bad = |error| refused(&error, &arguments.files.machine);
     let offset = two(&arguments.probe, "--probe", "mm")?;
     let probe = NozzleProbe::new(&machine, &errors, offset, arguments.bed).map_err(bad)?;
@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         largest_um,
         left_um,
     };
-    files::print_answer(arguments.left.json, &answer, || {
+    output::print_answer(arguments.left.json, &answer, || {
         format!("{}\n{}", texts[0].1, screen(&answer, *lookup))
     })?;
     Ok(verdict.outcome(

@@ -1,7 +1,8 @@
 //! What `trueaxis gcode` is told.
 
 use crate::commands::bad_input::BadInput;
-use crate::commands::files::{self, Text};
+use crate::commands::files::Text;
+use crate::commands::output;
 use clap::{Args, ValueEnum};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -135,13 +136,13 @@ impl Arguments {
 
     /// Refuses an output that cannot be written.
     pub fn prepare(&self) -> Result<(), BadInput> {
-        if files::is_screen(self.output()) {
+        if output::is_screen(self.output()) {
             return Err(BadInput::new(
                 "-o -: a program is read back and checked after it is written, and does not go to the screen",
                 "give -o the name of a file",
             ));
         }
-        files::prepare(self.output(), &self.inputs())
+        output::prepare(self.output(), &self.inputs())
     }
 
     pub fn options(&self) -> Result<gcode::Options, BadInput> {

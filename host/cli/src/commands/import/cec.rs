@@ -4,7 +4,7 @@ use crate::commands::cec as shared;
 use crate::commands::files::Text;
 use crate::commands::policy::PolicyArguments;
 use crate::commands::progress::ProgressBarOnScreen;
-use crate::commands::{Outcome, bad_input::BadInput, files, screen};
+use crate::commands::{Outcome, bad_input::BadInput, files, output, screen};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,7 @@ const SEED: u64 = 1;
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { output, .. } = arguments;
-    files::prepare(output, &[&arguments.tables, &arguments.machine])?;
+    output::prepare(output, &[&arguments.tables, &arguments.machine])?;
     let machine = files::read_machine(&arguments.machine)?;
     let text = Text::read(&arguments.tables)?;
     let axes = NamedAxes::of(&machine, &arguments.axes).map_err(|error| shared::axes(&error))?;
@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         factor_tables,
     );
     let (size, bounds) = arguments.bounded(&machine, &text, &mut draft)?;
-    files::write(output, &encoded(&text, &draft)?)?;
+    output::write(output, &encoded(&text, &draft)?)?;
     let beyond = (found.limits.iter()).filter_map(|limit| beyond(limit, &machine, &bounds));
     let doubts = found.doubts.iter().cloned().chain(beyond);
     let warnings: Vec<String> = doubts.map(|doubt| warned(&text, &doubt)).collect();
@@ -108,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         warnings,
         bounds: &bounds,
     };
-    files::print_answer(arguments.json, &answer, || {
+    output::print_answer(arguments.json, &answer, || {
         let largest: Vec<f64> = bounds.iter().map(|b| b.largest).collect();
         let title = format!("{}: {}\n", output.display(), machine.name);
         title + &screen::size(&answer.size) + "\n" + &screen::bounds(&bounds, &largest)

@@ -3,7 +3,7 @@
 use crate::commands::files::Text;
 use crate::commands::number::{finite, two};
 use crate::commands::position_argument::position;
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, files, output};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -155,7 +155,7 @@ fn within_travel(
 
 fn run(arguments: &Arguments, map: &HeightMap, probe: &MapProbe) -> Result<Outcome, BadInput> {
     let Arguments { output, .. } = arguments;
-    files::prepare(output, &[&arguments.map, &arguments.machine])?;
+    output::prepare(output, &[&arguments.map, &arguments.machine])?;
     let machine = files::read_machine(&arguments.machine)?;
     let axes = axes_of(arguments, &machine)?;
     let zero = zero(arguments, &machine)?;
@@ -187,7 +187,7 @@ fn run(arguments: &Arguments, map: &HeightMap, probe: &MapProbe) -> Result<Outco
     let heights = || touches.iter().map(|(_, height)| *height);
     let name = output.file_stem().unwrap_or_default().to_string_lossy();
     let found = observations::of_surface(&name, &machine, axes[2], &beside, &touches);
-    files::write(output, observations::write(&found, &machine).as_bytes())?;
+    output::write(output, observations::write(&found, &machine).as_bytes())?;
     let answer = HeightMapAnswer {
         file: output,
         points: touches.len(),
@@ -196,7 +196,7 @@ fn run(arguments: &Arguments, map: &HeightMap, probe: &MapProbe) -> Result<Outco
         probe_mm: probe.offset,
     };
     let left_out = map.probed.len() - touches.len();
-    files::print_answer(arguments.json, &answer, || said(&answer, probe, left_out))?;
+    output::print_answer(arguments.json, &answer, || said(&answer, probe, left_out))?;
     Ok(Outcome::Done)
 }
 

@@ -1,7 +1,7 @@
 //! `trueaxis import isg`
 
 use crate::commands::files::Text;
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, files, output};
 use clap::Args;
 use std::path::PathBuf;
 use trueaxis_export::isg::{self, IsgParameters};
@@ -31,7 +31,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         output,
         ..
     } = arguments;
-    files::prepare(output, &[path, &arguments.machine])?;
+    output::prepare(output, &[path, &arguments.machine])?;
     let machine = files::read_machine(&arguments.machine)?;
     let text = Text::read(path)?;
     let parameters = match isg::is_etalon(&text.text) {
@@ -40,10 +40,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let errors = parameters.and_then(|parameters| isg::imported(&parameters, &machine));
     let (errors, notes) = errors.map_err(|error| text.bad(error))?;
-    files::write(output, errors.as_bytes())?;
+    output::write(output, errors.as_bytes())?;
     let count = errors.matches("[tabulated.").count();
     let notes: String = notes.iter().map(|note| format!("{note}\n")).collect();
     let shown = output.display();
-    files::print(&format!("{shown}: {count} error motions\n{notes}"))?;
+    output::print(&format!("{shown}: {count} error motions\n{notes}"))?;
     Ok(Outcome::Done)
 }

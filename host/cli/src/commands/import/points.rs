@@ -4,7 +4,7 @@ use crate::commands::files::Text;
 use crate::commands::number::{finite, two};
 use crate::commands::position_argument::position;
 use crate::commands::progress::ProgressBarOnScreen;
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, files, output};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         arguments.add_to.as_ref(),
     ];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
-    files::prepare(output, &inputs)?;
+    output::prepare(output, &inputs)?;
     let machine = files::read_machine(&arguments.machine)?;
     let [x, y, z] = axes(&machine)?;
     let text = Text::read(points)?;
@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (blob, bounds) = with_grid(&machine, base, added, &bar)?;
     drop(bar);
     arguments.permits(&bounds[z], &text.name)?;
-    files::write(output, &blob)?;
+    output::write(output, &blob)?;
     let heights = || grid.values.iter().map(|[value]| *value);
     let answer = PointsAnswer {
         file: output,
@@ -105,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         lowest_mm: heights().fold(f64::INFINITY, f64::min),
         highest_mm: heights().fold(f64::NEG_INFINITY, f64::max),
     };
-    files::print_answer(arguments.json, &answer, || said(&answer))?;
+    output::print_answer(arguments.json, &answer, || said(&answer))?;
     Ok(Outcome::Done)
 }
 

@@ -4,7 +4,7 @@ use super::height_map::probe_offset;
 use crate::commands::export::refused;
 use crate::commands::files::Text;
 use crate::commands::number::finite;
-use crate::commands::{Outcome, bad_input::BadInput, files};
+use crate::commands::{Outcome, bad_input::BadInput, files, output};
 use clap::Args;
 use std::path::PathBuf;
 use trueaxis_export::klipper::kinematics;
@@ -36,7 +36,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { table, output, .. } = arguments;
-    files::prepare(output, &[table, &arguments.machine])?;
+    output::prepare(output, &[table, &arguments.machine])?;
     let machine = files::read_machine(&arguments.machine)?;
     let text = Text::read(table)?;
     kinematics::check(&text.text).map_err(|error| text.bad(error))?;
@@ -51,13 +51,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let found = NozzleProbe::new(&machine, &perfect, offset, 0.0)
         .and_then(|probe| TwistErrors::of(&probe, &tables));
     let found = found.map_err(|error| refused(&error, table))?;
-    files::write(output, found.text.as_bytes())?;
+    output::write(output, found.text.as_bytes())?;
     let motions = match found.motions[..] {
         [] => "the tables are zero".to_owned(),
         _ => found.motions.join(", "),
     };
     let left_out = found.left_out.iter().map(|why| format!("left out {why}\n"));
     let left_out: String = left_out.collect();
-    files::print(&format!("{}: {motions}\n{left_out}", output.display()))?;
+    output::print(&format!("{}: {motions}\n{left_out}", output.display()))?;
     Ok(Outcome::Done)
 }

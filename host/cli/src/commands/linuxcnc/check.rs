@@ -4,6 +4,7 @@ use super::configuration;
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files;
+use crate::commands::output;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -59,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (refused, warnings) = (count(Severity::Refused), count(Severity::Warning));
     let next = next(arguments, &configuration, refused);
     if arguments.json {
-        files::print_json(&CheckAnswer {
+        output::print_json(&CheckAnswer {
             file: ini,
             compensation: path,
             refused,
@@ -80,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 false => format!("; {}", configuration::version()),
             }
         );
-        files::print(&text)?;
+        output::print(&text)?;
     }
     Ok(match refused {
         0 => Outcome::Done,

@@ -3,6 +3,7 @@
 use super::setup::kept_at;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files;
+use crate::commands::output;
 use std::path::{Path, PathBuf};
 
 /// Files that `start` may write, as they were before.
@@ -42,7 +43,7 @@ impl KeptFiles {
             let now = std::fs::read(file).ok();
             match before {
                 _ if now == *before => {}
-                Some(bytes) => files::write(file, bytes)?,
+                Some(bytes) => output::write(file, bytes)?,
                 None => std::fs::remove_file(file).map_err(|error| {
                     BadInput::new(
                         format!("{} cannot be removed: {error}", file.display()),

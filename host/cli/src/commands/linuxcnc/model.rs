@@ -2,7 +2,8 @@
 
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
-use crate::commands::files::{self, MachineFiles};
+use crate::commands::files::MachineFiles;
+use crate::commands::output;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -44,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         output,
         json,
     } = arguments;
-    files::prepare(output, &[&files.machine, &files.errors])?;
+    output::prepare(output, &[&files.machine, &files.errors])?;
     let (machine, errors) = files.read()?;
     let (names, stored) = followed(&errors.sensors);
     let model = Stored::write(&machine.name, &machine, &errors, &stored).ok_or_else(|| {
@@ -56,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "leave out measured values: a file holds four thousand million bytes",
         )
     })?;
-    files::write(output, &model)?;
+    output::write(output, &model)?;
     let axes: String = machine.axes.iter().map(|a| a.letter.char()).collect();
     let answer = LinuxCncModelAnswer {
         file: output,
@@ -65,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         bytes: model.len(),
         temperatures: names.clone(),
     };
-    files::print_answer(*json, &answer, || {
+    output::print_answer(*json, &answer, || {
         format!(
             "{}: {} with axes {axes}, {} bytes{}\n",
             output.display(),

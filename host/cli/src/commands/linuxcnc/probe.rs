@@ -3,6 +3,7 @@
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files;
+use crate::commands::output;
 use crate::commands::probing::{CLEAR, SpeedOptions, Work, asked, started, take_over};
 use crate::commands::touch_options::TouchOptions;
 use clap::Args;
@@ -48,7 +49,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { output, plan, .. } = arguments;
-    files::prepare(output, &[&arguments.machine, &arguments.artefact, plan])?;
+    output::prepare(output, &[&arguments.machine, &arguments.artefact, plan])?;
     let machine = files::read_machine(&arguments.machine)?;
     let artefact = files::read_artefact(&arguments.artefact, &machine)?;
     let plan = files::read_plan(plan, &machine)?;
@@ -63,11 +64,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Some(mut session) = started(arguments.home, arguments.yes)? else {
         return Ok(Outcome::CheckFailed);
     };
-    files::print(&work.announced())?;
+    output::print(&work.announced())?;
     if !arguments.yes && !asked(CLEAR)? || !take_over(&mut session, arguments.yes)? {
         return Ok(Outcome::CheckFailed);
     }
     let touches = work.probe(&mut session)?;
-    files::print(&format!("{}: {touches} touches\n", output.display()))?;
+    output::print(&format!("{}: {touches} touches\n", output.display()))?;
     Ok(Outcome::Done)
 }

@@ -3,8 +3,9 @@
 use super::configuration;
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
-use crate::commands::files::{self, Text};
+use crate::commands::files::Text;
 use crate::commands::number::positive;
+use crate::commands::output;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -83,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     // Without the explanation of the mark in the head.
     let to_check = written.iter().map(|(_, text)| marks(text)).sum::<usize>() - 1;
     for (file, text) in &written {
-        files::write(file, text.as_bytes())?;
+        output::write(file, text.as_bytes())?;
     }
     let files: Vec<PathBuf> = written.into_iter().map(|(file, _)| file).collect();
     if let Some(changed) = &changed {
@@ -98,14 +99,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     if arguments.json {
         answer.files.extend(copy);
-        files::print_json(&answer)?;
+        output::print_json(&answer)?;
         return Ok(Outcome::Done);
     }
     let mut shown = text(arguments, &answer, copy.as_deref());
     if let (Some(unknown), None) = (unknown_pivot(&configuration), arguments.pivot) {
         shown += &format!("{unknown}. Measure it, and give --pivot\n");
     }
-    files::print(&shown)?;
+    output::print(&shown)?;
     Ok(Outcome::Done)
 }
 
@@ -178,9 +179,9 @@ impl Arguments {
 
     /// Makes the folder; refuses files that are there already, unless they may be replaced.
     fn prepare(&self, written: &[(PathBuf, String)]) -> Result<(), BadInput> {
-        files::make_folder(&self.output, "-o")?;
+        output::make_folder(&self.output, "-o")?;
         for (file, _) in written {
-            files::prepare(file, &[&self.ini])?;
+            output::prepare(file, &[&self.ini])?;
             if !self.overwrite && file.symlink_metadata().is_ok() {
                 return Err(BadInput::new(
                     format!("{} already exists: nothing was written", file.display()),
@@ -197,7 +198,7 @@ impl Arguments {
     fn refused(&self, joints: String, findings: Vec<Finding>) -> Result<Outcome, BadInput> {
         if self.json {
             let (files, to_check) = (Vec::new(), 0);
-            files::print_json(&SetupAnswer {
+            output::print_json(&SetupAnswer {
                 files,
                 joints,
                 to_check,
@@ -206,7 +207,7 @@ impl Arguments {
         } else {
             let lines: String = findings.iter().map(|f| format!("{f}\n")).collect();
             let (ini, version) = (self.ini.display(), configuration::version());
-            files::print(&format!("{lines}{ini}: nothing was written; {version}\n"))?;
+            output::print(&format!("{lines}{ini}: nothing was written; {version}\n"))?;
         }
         Ok(Outcome::CheckFailed)
     }
@@ -251,8 +252,8 @@ pub struct Changed {
 impl Changed {
     /// Keeps the old contents, then writes the new ones.
     pub fn write(&self, ini: &Path) -> Result<(), BadInput> {
-        files::write(&self.copy, self.before.as_bytes())?;
-        files::write(ini, self.text.as_bytes())
+        output::write(&self.copy, self.before.as_bytes())?;
+        output::write(ini, self.text.as_bytes())
     }
 }
 
@@ -286,7 +287,7 @@ pub fn with_lines(ini: &Path, hal: &Path, taken_out: &[usize]) -> Result<Changed
 
 /// Where the contents of a file stay when it is replaced; an older copy is never replaced itself.
 pub fn kept_at(file: &Path, contents: &[u8]) -> Result<PathBuf, BadInput> {
-    files::kept_at(contents, |number| {
+    output::kept_at(contents, |number| {
         let mut copy = file.as_os_str().to_owned();
         copy.push(".before-trueaxis");
         if number > 1 {

@@ -9,6 +9,7 @@ use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
 use crate::commands::number::positive;
+use crate::commands::output;
 use asked::StartSensor;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -120,15 +121,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 /// Takes the component out of an INI file.
 fn removed(ini: &Path) -> Result<Outcome, BadInput> {
-    files::prepare(ini, &[])?;
+    output::prepare(ini, &[])?;
     let text = remove(&Text::read(ini)?.text, HAL).ok_or_else(|| {
         BadInput::new(
             format!("{}: it does not have what --install writes", ini.display()),
             format!("take `{HAL}` out of the file that names it"),
         )
     })?;
-    files::write(ini, text.as_bytes())?;
-    files::print(&format!(
+    output::write(ini, text.as_bytes())?;
+    output::print(&format!(
         "{}: without component and panel; {HAL}, machine.toml, errors.toml and machine.trax are still there\n",
         ini.display()
     ))?;
@@ -194,7 +195,7 @@ fn is_refused(findings: &[Finding]) -> bool {
 fn refused(ini: &Path, findings: &[Finding]) -> Result<Outcome, BadInput> {
     let lines: String = findings.iter().map(|f| format!("{f}\n")).collect();
     let (ini, version) = (ini.display(), configuration::version());
-    files::print(&format!(
+    output::print(&format!(
         "{lines}{ini}: every file is as it was; {version}\n"
     ))?;
     Ok(Outcome::CheckFailed)

@@ -2,8 +2,9 @@
 
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
-use super::super::files::{self, MachineFiles};
+use super::super::files::MachineFiles;
 use super::super::number::positive;
+use super::super::output;
 use super::disturbed::Disturbed;
 use super::runs::{output, position};
 use clap::Args;
@@ -45,7 +46,7 @@ impl Ballbar {
     pub fn run(&self) -> Result<Outcome, BadInput> {
         let inputs: [&Path; 2] = [&self.files.machine, &self.files.errors];
         if let Some(output) = &self.output {
-            files::prepare(output, &inputs)?;
+            output::prepare(output, &inputs)?;
         }
         let (machine, errors) = self.files.read()?;
         let bench = Bench::new(&machine, &errors, Default::default());

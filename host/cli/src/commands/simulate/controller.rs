@@ -4,7 +4,7 @@ mod moving;
 mod socket;
 
 use crate::commands::bad_input::BadInput;
-use crate::commands::{Outcome, files};
+use crate::commands::{Outcome, files, output};
 use clap::Args;
 use moving::SimulatedMachine;
 use socket::Socket;
@@ -76,7 +76,7 @@ impl ControllerArguments {
         let behind = files.map_or(String::new(), |(machine, _)| {
             format!(", and {} moves behind it", machine.name)
         });
-        let mut going = files::stream(&format!(
+        let mut going = output::stream(&format!(
             "{}: a controller waits for a connection{behind}\n{}",
             socket.name(),
             moving.as_ref().map_or("", |_| SimulatedMachine::HEAD)
@@ -94,7 +94,7 @@ impl ControllerArguments {
                     None => desktop.turn(1),
                     Some(moving) => {
                         if let Some(line) = moving.step(&desktop) {
-                            going &= files::stream(&line)?;
+                            going &= output::stream(&line)?;
                         }
                     }
                 }

@@ -4,6 +4,7 @@ use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
 use super::super::number::{finite, size, three};
+use super::super::output;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_identify::formats::observations;
@@ -50,7 +51,7 @@ impl SimulatedObservations {
     pub fn run(&self) -> Result<Outcome, BadInput> {
         let inputs: [&Path; 3] = [&self.files.machine, &self.files.errors, &self.plan];
         if let Some(output) = &self.output {
-            files::prepare(output, &inputs)?;
+            output::prepare(output, &inputs)?;
         }
         let drift = three(&self.drift, "--drift", "µm")?;
         let (machine, errors) = self.files.read()?;
@@ -65,7 +66,7 @@ impl SimulatedObservations {
         let measured = simulate::observations(&kinematics, &plan, &disturbances);
         let csv = observations::write(&measured, &machine);
         let said = format!("{} observations", measured.rows.len());
-        files::write_or_print(self.output.as_deref(), &csv, &said)?;
+        output::write_or_print(self.output.as_deref(), &csv, &said)?;
         Ok(Outcome::Done)
     }
 }

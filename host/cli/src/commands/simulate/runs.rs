@@ -2,8 +2,9 @@
 
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
-use super::super::files::{self, MachineFiles};
+use super::super::files::MachineFiles;
 use super::super::number::finite;
+use super::super::output;
 use super::super::position_argument;
 use super::disturbed::Disturbed;
 use clap::Args;
@@ -162,7 +163,7 @@ impl How {
     fn prepare(&self, files: &MachineFiles) -> Result<(), BadInput> {
         let inputs: [&Path; 2] = [&files.machine, &files.errors];
         match &self.output {
-            Some(output) => files::prepare(output, &inputs),
+            Some(output) => output::prepare(output, &inputs),
             None => Ok(()),
         }
     }
@@ -243,7 +244,7 @@ fn no_axis(machine: &Machine, option: &str, name: &str) -> BadInput {
 /// Writes a file and prints its name, or prints the text.
 pub fn output(path: Option<&Path>, csv: &str) -> Result<Outcome, BadInput> {
     let rows = csv.lines().filter(|line| !line.starts_with('#')).count() - 1;
-    files::write_or_print(path, csv, &format!("{rows} rows"))?;
+    output::write_or_print(path, csv, &format!("{rows} rows"))?;
     Ok(Outcome::Done)
 }
 

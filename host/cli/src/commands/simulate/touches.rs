@@ -4,6 +4,7 @@ use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
 use super::super::number::{finite, size, three};
+use super::super::output;
 use super::super::touch_options::TouchOptions;
 use super::not_simulated;
 use clap::Args;
@@ -57,7 +58,7 @@ impl Touches {
         let MachineFiles { machine, errors } = &self.files;
         let inputs: [&Path; 4] = [machine, errors, &self.artefact, &self.plan];
         if let Some(output) = &self.output {
-            files::prepare(output, &inputs)?;
+            output::prepare(output, &inputs)?;
         }
         let misplaced = three(&self.misplaced, "--misplaced", "mm")?;
         let (machine, errors) = self.files.read()?;
@@ -87,7 +88,7 @@ impl Touches {
         let touched = touched.map_err(|e| not_simulated(&self.plan, &e))?;
         let log = touch_log(&machine, &touched);
         let said = format!("{} touches", touched.len());
-        files::write_or_print(self.output.as_deref(), &log, &said)?;
+        output::write_or_print(self.output.as_deref(), &log, &said)?;
         Ok(Outcome::Done)
     }
 }

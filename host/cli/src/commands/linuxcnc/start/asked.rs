@@ -2,7 +2,7 @@
 
 use super::{Arguments, FoundConfiguration};
 use crate::commands::bad_input::BadInput;
-use crate::commands::files;
+use crate::commands::output;
 use std::io::BufRead;
 use std::path::PathBuf;
 use trueaxis_direct::{Growth, ReadingError, Single};
@@ -60,7 +60,7 @@ fn questions(machine: &Machine) -> Vec<ReadingQuestion> {
 
 /// What an operator writes; empty at the end of the input.
 fn answered(question: &str) -> Result<String, BadInput> {
-    files::print(&format!("{question} "))?;
+    output::print(&format!("{question} "))?;
     let mut line = String::new();
     let read = std::io::stdin().lock().read_line(&mut line);
     read.map_err(|error| {
@@ -181,7 +181,7 @@ impl Arguments {
         if self.yes || !singles.is_empty() {
             return Ok(singles);
         }
-        files::print(
+        output::print(
             "\nWhat has been measured? Positive is where the tool is farther in the direction of a positive command.\n\
              An empty line where there is nothing.\n",
         )?;
@@ -210,7 +210,7 @@ impl Arguments {
             }
             match read(&answer) {
                 Ok(single) => return Ok(Some(single)),
-                Err(bad) => files::print(&format!("{bad}\n"))?,
+                Err(bad) => output::print(&format!("{bad}\n"))?,
             }
         }
     }

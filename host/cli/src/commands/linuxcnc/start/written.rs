@@ -4,10 +4,12 @@ use super::{Arguments, FoundConfiguration, is_refused, refused};
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::compile;
-use crate::commands::files::{self, MachineFiles, Text, quoted};
+use crate::commands::files::{MachineFiles, Text};
 use crate::commands::linuxcnc::kept_files::KeptFiles;
 use crate::commands::linuxcnc::setup::Changed;
 use crate::commands::linuxcnc::{check, configuration};
+use crate::commands::output;
+use crate::commands::output::quoted;
 use crate::commands::quantity::count;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -90,11 +92,11 @@ impl Arguments {
         let stays = found.compensated().staying() + &where_old_files_are(&copies);
         let write = || {
             for (copy, bytes) in &copies {
-                files::write(copy, bytes)?;
+                output::write(copy, bytes)?;
             }
             for (file, text) in &written {
-                files::prepare(file, &[ini])?;
-                files::write(file, text.as_bytes())?;
+                output::prepare(file, &[ini])?;
+                output::write(file, text.as_bytes())?;
             }
             if start.errors.is_some() {
                 return self.compiled(ini, start, &stays);
@@ -102,7 +104,7 @@ impl Arguments {
             if let Some(changed) = installs_now {
                 changed.write(ini)?;
             }
-            files::print(&stays)?;
+            output::print(&stays)?;
             without(ini, [machine, errors, blob], start.balls.as_deref())
         };
         let done = write();
@@ -150,7 +152,7 @@ impl Arguments {
         if let Some(changed) = start.installs_now() {
             changed.write(ini)?;
         }
-        files::print(&self.ended(ini, start, &whole.best.verification, &findings, stays))?;
+        output::print(&self.ended(ini, start, &whole.best.verification, &findings, stays))?;
         Ok(Outcome::Done)
     }
 
@@ -250,6 +252,6 @@ fn without(
         ),
         (None, false) => format!("measure, then trueaxis linuxcnc start {ini}"),
     };
-    files::print(&format!("next: {next}\n"))?;
+    output::print(&format!("next: {next}\n"))?;
     Ok(Outcome::Done)
 }
